@@ -15,9 +15,9 @@ FASTEST_HZ = 200_000
 FAR = 8
 """First channel that needs the bit MUX5, which is in ADCSRB (ATmega2560, 32U4)."""
 
-
 CODES = 1024
 WRONG_TICKS = 100
+"""Ticks in a row with a wrong code after which the rule adc_wrong trips."""
 KNOWN_TOLERANCE = 0.25
 """Tolerance of the expected code, as a share: that of the band gap plus that of the reference, a
 supply of 4.5 to 5.5 V."""
@@ -113,7 +113,7 @@ def scan(root: Source) -> Part:
 
 
 def known_limits(root: Source) -> tuple[Constant, ...]:
-    """The limits for the code of the chip's own voltage; none if it is not measured."""
+    """The limits for the code of the chip's internal voltage; none if it is not measured."""
     known = _known(root)
     if known is None:
         return ()
@@ -127,7 +127,7 @@ def known_limits(root: Source) -> tuple[Constant, ...]:
 
 
 def has_sensors(controller: Controller) -> bool:
-    """Return whether the ADC measures anything but the keypad."""
+    """Return whether a sensor is on the ADC, and not only the keypad."""
     return bool(controller.adc_sensors)
 
 
@@ -139,7 +139,7 @@ def channel_of(controller: Controller, pin: str) -> int:
 
 
 def _channels(root: Source) -> list[Channel]:
-    """List sensors in the order of the file, then the keypad; a known voltage is first and last."""
+    """List the sensors in the spec's order, then the keypad; a known voltage is first and last."""
     controller = root.controller
     channels = [
         _channel(controller, channel_macro(name), sensor.pin, root.at("sensors", name, "pin"))
@@ -157,11 +157,11 @@ def _channels(root: Source) -> list[Channel]:
         Channel(macro, known.name, known.where, known.mux)
         for macro in ("ADC_KNOWN", "ADC_KNOWN_IS_NEXT")
     )
-    return [first, *channels, last]  # a whole tick to settle: its source is weak
+    return [first, *channels, last]  # its weak source then has a whole tick to settle
 
 
 def _known(root: Source) -> KnownVoltage | None:
-    """The chip's own voltage, which the self-checks measure in addition to the sensors."""
+    """The chip's internal voltage, which the self-checks measure in addition to the sensors."""
     board = root.controller.board
     if not facts_of(root.controller).measures_known_voltage:
         return None
@@ -169,7 +169,7 @@ def _known(root: Source) -> KnownVoltage | None:
     code, known_v = board.adc.band_gap_code, board.adc.band_gap_v
     share = known_v / reference_v(first, board.mcu)
     return KnownVoltage(
-        name=f"{known_v} V of the chip's own",
+        name=f"the chip's internal {known_v} V",
         where=root.at("safety", "self_checks").where,
         mux=_bits("MUX", code),
         low=math.floor(CODES * share * (1 - KNOWN_TOLERANCE)),
@@ -184,12 +184,12 @@ def _channel(controller: Controller, macro: str, pin: str, source: Source) -> Ch
 
 
 def _bits(name: str, code: int) -> str:
-    """The bits of a register by name, to be appended to others."""
+    """C text that adds the bits of `code` to a register's value, such as ` | (1u << MUX0)`."""
     return "".join(f" | (1u << {name}{bit})" for bit in (4, 3, 2, 1, 0) if code & (1 << bit))
 
 
 def _reference(controller: Controller) -> str:
-    """The reference of all channels: the spec ensures that it is the same; keys need the supply."""
+    """The reference of all channels, which the spec keeps equal; the keypad needs the supply."""
     for sensor in controller.adc_sensors.values():
         return sensor.reference if isinstance(sensor.reference, str) else "external"
     return "supply"

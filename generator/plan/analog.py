@@ -83,23 +83,19 @@ def plan_analog(
 
 
 def _wiring(pin: str, what: str, sensor: Thermistor | Rtd | Analog, circuit: str) -> Wiring:
-    """Draw the element and its resistor; a sensor that gives a voltage is a box with a terminal."""
+    """Draw an element with its resistor; a sensor that gives a voltage is a box with a terminal."""
     divider = sensor.divider
     if divider is None:
         return Wiring(pin, what, circuit, end="out" if sensor.amplifier is None else "amplifier")
     rail = "5 V" if divider.supply_v is None else f"{divider.supply_v:g} V"
     element = circuit.partition(" to ")[0]
     if divider.pull_up_ohm is not None:
-        ohm, ends = (
-            pulled("up", f"{divider.pull_up_ohm:g} Ω", rail),
-            Symbol("down", "sensor", element),
-        )
+        resistor = pulled("up", f"{divider.pull_up_ohm:g} Ω", rail)
+        sensed = Symbol("down", "sensor", element)
     else:
-        ohm, ends = (
-            pulled("down", f"{divider.pull_down_ohm:g} Ω"),
-            Symbol("up", "sensor", element, rail),
-        )
-    return Wiring(pin, what, circuit, (ohm, ends), ends=False)
+        resistor = pulled("down", f"{divider.pull_down_ohm:g} Ω")
+        sensed = Symbol("up", "sensor", element, rail)
+    return Wiring(pin, what, circuit, (resistor, sensed), ends=False)
 
 
 def divider_words(element: str, divider: Divider | None) -> str:
@@ -112,7 +108,6 @@ def divider_words(element: str, divider: Divider | None) -> str:
 
 
 def _points(table: Conversion) -> list[Point]:
-    """The points as lines of the table."""
     slopes = [c_float(slope) for slope in table.slopes]
     return [
         Point(point.raw, c_float(point.celsius), slope)

@@ -79,7 +79,10 @@ def plan_converter(
 
 
 def wiring(name: str, chip: Chip, pins: Mapping[str, Pin]) -> tuple[Wiring, ...]:
-    """Describe how a converter is connected; pins -- by its terminals: select, inputs, output."""
+    """Describe how a converter is connected.
+
+    pins -- the board's pins by the converter's terminals, in the order select, inputs, output.
+    """
     what = f"sensor `{name}`: {chip.name}"
     (select, select_pin), *inputs, (output, output_pin) = pins.items()
     return (
@@ -126,7 +129,7 @@ def _constants(
         Constant(
             f"{prefix}_POWER_UP_TICKS",
             f"{math.ceil(round(first_s * 1000) / TICK_MS)}u",
-            f"its first conversion ends at most {quantity(first_s * 1000, 'ms')} after power-up "
+            f"the first conversion ends at most {quantity(first_s * 1000, 'ms')} after power-up "
             "(data sheet)",
         ),
     )

@@ -48,7 +48,7 @@ class ResetNames:
 
 
 def start(root: Source, reset_lines: list[str]) -> Part:
-    """Plan the first and last calls of main, and the first instructions after a reset."""
+    """Plan the first and last calls of `start` in main.c, and the first instructions of a reset."""
     controller, facts = root.controller, facts_of(root.controller)
     period = WATCHDOG_NAMES[controller.safety.watchdog_s]
     watchdog = root.at("safety", "watchdog").where
@@ -74,7 +74,11 @@ def start(root: Source, reset_lines: list[str]) -> Part:
 
 @dataclass(frozen=True, slots=True)
 class ClockNames:
-    """The values for the templates of the clock."""
+    """The values for the templates of the clock.
+
+    divider -- timer periods per tick; once -- statements for the start, kept -- for the start and
+    each tick; counted -- the fans whose tachometers are sampled.
+    """
 
     timer: int
     vector: str
@@ -121,7 +125,12 @@ def clock(root: Source, timer: int) -> Part:
 
 @dataclass(frozen=True, slots=True)
 class GateNames:
-    """The values for the templates of the gate."""
+    """The values for the templates of the gate.
+
+    driven -- the outputs whose pins' directions the gate rewrites; wanting -- the loops that need
+    the relay only while they are on; plain -- the on/off outputs without minimum times; counted --
+    the fans with a tachometer; pins -- the functions of pins.h that the gate calls.
+    """
 
     loops: list[LoopSummary]
     steppers: list[str]
@@ -139,7 +148,7 @@ class GateNames:
 
 
 def gate(root: Source, loops: list[LoopSummary], steppers: list[str]) -> Part:
-    """Plan the heater gate and its permits; it also stops steppers and switches the relay."""
+    """Plan the heater gate and its permits; the gate also stops steppers and switches the relay."""
     facts = facts_of(root.controller)
     proven = facts.proofs
     fans = [loop.fan for loop in root.controller.loops.values()]
@@ -222,7 +231,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
-        "with a fault the cooler runs above it: burns in a minute (ISO 13732-1)",
+        "while a fault is latched, the cooler runs above it: metal burns (ISO 13732-1)",
     )
     cooled = any(loop.cooler for loop in loops)
     if cooled:
@@ -235,7 +244,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
 
 
 def lockout_ends(controller: Controller) -> str:
-    """Say how a person at the machine ends a lock-out; "" if the controller has none."""
+    """Say how a person at the machine ends a lock-out; "" if the controller has no lock-out."""
     spec = controller.lockout
     if spec is None:
         return ""
@@ -264,7 +273,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     trips, within = (derivation_words(spec.derived.get(key)) for key in ("trips", "within"))
     constants = [
         at.at("trips").count(
-            "LOCKOUT_TRIPS", spec.trips, f"then only a person acknowledges{trips}"
+            "LOCKOUT_TRIPS", spec.trips, f"after them only a person can acknowledge{trips}"
         ),
         at.at("within").count(
             "LOCKOUT_WITHIN_S", int(spec.within_s), f"older trips are not counted{within}"
@@ -272,7 +281,7 @@ def _lockout(root: Source) -> tuple[LockoutNames | None, tuple[Constant, ...]]:
     ]
     if keys:
         constants.append(
-            at.at("hold").ticks("LOCKOUT_HOLD_TICKS", spec.hold_s, ", at most twice that")
+            at.at("hold").ticks("LOCKOUT_HOLD_TICKS", spec.hold_s, ", and at most twice as long")
         )
     else:
         constants.append(

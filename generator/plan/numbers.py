@@ -6,7 +6,7 @@ from heatwright.spec import Loop
 from heatwright.spec.sensing.conversion import float32
 
 TICK_MS = 10
-"""The firmware's tick. Every period and time-out is a whole number of ticks."""
+"""Length of the firmware's tick, ms. Every period and time-out is a whole number of ticks."""
 
 
 def c_float(value: float) -> str:
@@ -14,14 +14,14 @@ def c_float(value: float) -> str:
     rounded = float32(value)
     for digits in range(1, 10):
         text = f"{rounded:.{digits}g}"
-        if _names(text, rounded):
+        if _is_exact(text, rounded):
             break
     if 1e-6 < abs(rounded) < 1e9:
         text = format(Decimal(text), "f")
     return f"{text}f" if "." in text or "e" in text else f"{text}.0f"
 
 
-def _names(text: str, rounded: float) -> bool:
+def _is_exact(text: str, rounded: float) -> bool:
     try:
         return float32(float(text)) == rounded
     except OverflowError:  # rounded up beyond the largest float

@@ -7,7 +7,7 @@ loop lacks reads 0 if registers follow behind it.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from heatwright.spec import Controller, Spec, facts_of
 from heatwright.spec.algorithms import LARGEST_GAIN
@@ -21,13 +21,14 @@ STATE_FAULT, STATE_VALID = 16, 32
 """Bits of a loop's state in addition to those of state.h."""
 
 Table = Literal["coils", "discretes", "holdings", "inputs"]
+TABLES: tuple[Table, ...] = get_args(Table)
 Kind = Literal["bit", "u16", "i16", "u32", "f32"]
 Access = Literal["read", "read, write"]
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """Where the firmware has a value: `how` is MAP_* of modbus_map.h, or the mask of a bit."""
+    """Where the firmware stores a value; how -- MAP_* of modbus_map.h, or the mask of a bit."""
 
     how: str
     place: str
@@ -75,13 +76,8 @@ def register_map(spec: Spec) -> RegisterMap:
     registers = [*_controller(spec)]
     for number, name in enumerate(spec.controller.loops, start=1):
         registers += _loop(spec.controller, name, BLOCK * number)
-    order = {"coils": 0, "discretes": 1, "holdings": 2, "inputs": 3}
-    registers.sort(key=lambda each: (order[each.table], each.address))
+    registers.sort(key=lambda each: (TABLES.index(each.table), each.address))
     return RegisterMap(spec.digest, tuple(registers))
-
-
-def _word(address: int, name: str, meaning: str, place: str) -> Register:
-    return Register("inputs", address, name, "u16", meaning, Stored("MAP_WORD", f"&{place}"))
 
 
 def _byte(address: int, name: str, meaning: str, place: str) -> Register:
@@ -126,11 +122,12 @@ def _controller(spec: Spec) -> Iterable[Register]:
         "fault.acknowledgements",
     )  # fmt: skip
     for address, (name, meaning) in enumerate(_COUNTERS.items(), start=10):
-        yield _word(address, name, f"{meaning}; wraps.", f"modbus_counters.{name}")
+        stored = Stored("MAP_WORD", f"&modbus_counters.{name}")
+        yield Register("inputs", address, name, "u16", f"{meaning}; wraps.", stored)
 
 
 def _warnings(controller: Controller) -> Iterable[Register]:
-    """Registers of the monitors; their addresses come after those that every controller has."""
+    """Registers of the monitors, behind those that every controller has."""
     if controller.monitors:
         yield _byte(
             FIRST_MONITOR, "warnings", "Bits of the monitors that warn: 1 the first, 2 the second.",
@@ -149,7 +146,7 @@ def _warnings(controller: Controller) -> Iterable[Register]:
 
 
 FIRST_MONITOR = 16
-"""Address of the monitors' common word; their readings follow."""
+"""Address of the register `warnings`; the readings of the monitors follow."""
 _COUNTERS = {
     "messages": "Frames on the line with a good CRC, to any slave",
     "errors": "Damaged frames: CRC, parity, framing, overrun, length",
@@ -180,27 +177,19 @@ def _loop(controller: Controller, name: str, block: int) -> Iterable[Register]:
 
 
 def _coils(controller: Controller, name: str, block: int) -> Iterable[Register]:
-    places = [
-        ("enabled", "1 switches the loop on, 0 off.", Stored("0xFF", f"&seen.{name}_enabled"))
-    ]
-    if facts_of(controller, name).tunable:
-        mode = f"&seen.{name}_mode"
-        places.append(
-            (
-                "manual",
-                "1 heats with `manual_duty`, 0 returns to automatic mode.",
-                Stored("0x02", mode),
-            )
-        )
-        if facts_of(controller, name).autotune:
-            places.append(
-                ("tune", "1 starts a tuning at the setpoint, 0 ends it.", Stored("0x04", mode))
-            )
-    for offset, (what, meaning, stored) in enumerate(places):
+    facts, mode = facts_of(controller, name), f"&seen.{name}_mode"
+    enabled = Stored("0xFF", f"&seen.{name}_enabled")
+    coils = [("enabled", "1 switches the loop on, 0 off.", enabled)]
+    if facts.tunable:
+        manual = "1 heats with `manual_duty`, 0 returns to automatic mode."
+        coils.append(("manual", manual, Stored("0x02", mode)))
+    if facts.autotune:
+        tune = "1 starts a tuning at the setpoint, 0 ends it."
+        coils.append(("tune", tune, Stored("0x04", mode)))
+    for address, (what, meaning, stored) in enumerate(coils, start=block):
         yield Register(
-            "coils", block + offset, f"{name}.{what}", "bit", meaning, stored,
-            access="read, write",
-        )  # fmt: skip
+            "coils", address, f"{name}.{what}", "bit", meaning, stored, access="read, write"
+        )
 
 
 _BITS = {

@@ -45,7 +45,7 @@ def settings(root: Source, loops: list[LoopSummary]) -> Part:
             Constant(
                 "SETTINGS_DELAY_TICKS",
                 f"{ticks(SETTINGS_DELAY_S)}u",
-                f"{_rested(stored, bool(adjustable), bool(types), numbers)} saved 10 s after "
+                f"{_late(stored, bool(adjustable), bool(types), numbers)} saved 10 s after "
                 "the last change",
             )
         )
@@ -93,7 +93,7 @@ def _layout(root: Source) -> list[Constant]:
     ]
 
 
-def _rested(*there: bool) -> str:
-    """Name the settings that are saved late."""
+def _late(*there: bool) -> str:
+    """Name the settings of LATE that the controller has; `there` is True for each of these."""
     what = [name for name, is_there in zip(LATE, there, strict=True) if is_there]
     return f"{' or '.join(what)} is"

@@ -29,7 +29,7 @@ class Source:
 
     @property
     def controller(self) -> Controller:
-        """The whole controller, for a component that needs others."""
+        """The whole controller, for a component that needs other parts of it."""
         return self.spec.controller
 
     def at(self, *path: str | int) -> Source:
@@ -60,13 +60,13 @@ class Source:
         return self.count(name, ticks(duration_s), quantity(duration_s, "s") + more)
 
     def baud(self, name: str, baud: int) -> Constant:
-        """The divisor of a serial port, and the speed that it really makes of the asked one."""
+        """The divisor of a serial port for a baud rate; its comment has the real baud rate."""
         setting = baud_setting(self.controller.board.clock_hz, baud)
         words = f"{baud} baud, really {setting.baud:.0f}"
         return self.at("baud").count(name, setting.divisor, words)
 
     def given(self, name: str, value: float, unit: str, more: str = "") -> Constant:
-        """A float constant as the spec gives it."""
+        """A float constant with the number that the spec gives; `more` is added to its comment."""
         return self.number(name, value, quantity(value, unit) + more)
 
     def number(self, name: str, value: float, derivation: str) -> Constant:

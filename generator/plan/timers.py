@@ -106,22 +106,21 @@ def slot_interval(clock_hz: int, timer: Timer, shortest_us: float) -> Interval:
         counts = -(-clock_hz * shortest_us // (prescaler * 1_000_000))
         if counts <= 1 << timer.bits:
             return Interval(prescaler, int(counts), 1)
-    message = f"a {timer.bits}-bit timer cannot count {shortest_us} us"
-    raise ValueError(message)
+    raise ValueError(f"a {timer.bits}-bit timer cannot count {shortest_us} us")
 
 
 def round_interval(clock_hz: int, timer: Timer, shortest_s: float) -> Interval:
-    """Return the fewest matches of a free-running timer for `shortest_s`, with the finest counts.
+    """Return the interval of a free-running timer with the fewest matches, then the finest counts.
 
-    Rounded up, and never a whole turn of the timer, after which the counter has its old value.
+    It lasts at least `shortest_s`. Its counts are less than a full turn of the timer: after a full
+    turn the counter has its old value.
     """
     for matches in range(1, MOST_DIVIDER + 1):
         for prescaler in timer.prescalers:
             counts = math.ceil(clock_hz * shortest_s / (prescaler * matches))
             if counts < 1 << timer.bits:
                 return Interval(prescaler, counts, matches)
-    message = f"a {timer.bits}-bit timer cannot count {shortest_s} s"
-    raise ValueError(message)
+    raise ValueError(f"a {timer.bits}-bit timer cannot count {shortest_s} s")
 
 
 def compare_match(timer: TimerRegisters, interval: Interval, top: str) -> list[str]:
@@ -164,7 +163,7 @@ def free_running(timer: TimerRegisters, prescaler: int) -> list[str]:
 def fast_pwm(timer: TimerRegisters, prescaler: int, top: str, connections: str) -> list[str]:
     """Lines that set a timer to fast PWM, up to 255 or (16 bits) up to `top`, also while it runs.
 
-    connections -- the bits that connect its outputs' pins: they are not changed.
+    connections -- the bits that connect the timer to its outputs' pins; they are not changed.
     """
     number, clock = timer.number, timer.clock(prescaler)
     mode = f"(1u << WGM{number}1) | (1u << WGM{number}0)"

@@ -23,15 +23,14 @@ _AVR6 = 6  # more than 128 KB of flash: addresses of code take three bytes
 
 @dataclass(frozen=True)
 class WorstStack:
-    """Bytes of stack, and the chains of calls that need them.
+    """Bytes of stack that the program and its interrupts need; `total` is their sum.
 
-    `total` is `program` plus `interrupts`. `interrupt_chain` is the chain of the deepest interrupt.
+    `program_chain` names the functions of the program's deepest chain of calls.
     """
 
     program: int
     interrupts: int
     program_chain: tuple[str, ...]
-    interrupt_chain: tuple[str, ...]
 
     @property
     def total(self) -> int:
@@ -49,10 +48,7 @@ def worst_stack(elf: Path) -> WorstStack:
     analysis = Analysis(program)
     main = analysis.interrupt(0)
     interrupts = [analysis.interrupt(handler) for handler in handlers]
-    deepest = max(interrupts, key=lambda depth: depth.bytes, default=Depth(0, (), True, False))
-    return WorstStack(
-        main.bytes, _on_top(interrupts, program.call_bytes), main.chain, deepest.chain
-    )
+    return WorstStack(main.bytes, _on_top(interrupts, program.call_bytes), main.chain)
 
 
 def _on_top(interrupts: list[Depth], call_bytes: int) -> int:
@@ -78,14 +74,11 @@ def _read(elf: Path) -> tuple[Program, list[int]]:
         for name, entry in symbols
         if entry["st_shndx"] == text and entry["st_size"] > 0  # libgcc's have a size but no type
     )
-    unused = address.get("__bad_interrupt")
-    handlers = {value for name, value in address.items() if re.fullmatch(r"__vector_\d+", name)} - {
-        unused
-    }
+    handlers = {value for name, value in address.items() if re.fullmatch(r"__vector_\d+", name)}
     program = Program(
         code=code,
         functions=tuple(functions),
         call_bytes=3 if flags & _MACHINE == _AVR6 else 2,
         stack_top=address["__stack"],
     )
-    return program, sorted(handlers)
+    return program, sorted(handlers - {address.get("__bad_interrupt")})

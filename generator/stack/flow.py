@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Follow every path of a function, and find its greatest stack depth.
 
-Refused are an instruction that is reached with two depths, a call to an address in a register, and
-a function that calls itself: the code alone does not give their depth.
+An instruction that is reached with two depths, a call to an address in a register, and a function
+that calls itself are refused: the code alone does not give their depth.
 """
 
 from bisect import bisect_right
@@ -125,9 +125,9 @@ class _Walk:
     def open_switch(self) -> bool:
         """Let a jump through a table reach the first instruction not reached in another way.
 
-        A table elsewhere is not read. A case that is not reached otherwise begins after a jump or
-        return; the compiler keeps one depth for each place, so the state of the table jump holds
-        there.
+        A table that is not directly behind its jump is not read. A case that is not reached
+        otherwise begins after a jump or return; the compiler keeps one depth for each place, so the
+        state of the table jump holds there.
         """
         for start, end, state in self.switches:
             address = start

@@ -24,7 +24,7 @@ from heatwright.generator.toolchain.taken import taken
 from heatwright.spec import Board
 from heatwright.spec.loading.user_cache import cache_dir
 
-# Changed when this package begins to give other measures for the same binary.
+# To be changed whenever this package returns other measures for the same binary.
 FORMAT = "1"
 
 IGNORED = {".pio", ".git", ".vscode", "__pycache__"}
@@ -162,7 +162,7 @@ def readable(log: str, project_dir: Path) -> str:
 DEVICE = ".note.gnu.avr.deviceinfo"
 """Section in which avr-libc's start-up code names its chip (binutils: the AVR ELF ABI)."""
 MEMORIES = struct.calcsize("<6I")
-"""Size of the section's first part: start and size of flash, RAM and EEPROM; then come strings."""
+"""Size of the section's first part: start and size of flash, RAM and EEPROM. Strings follow it."""
 
 
 def given(elf: Path, board: Board) -> BuildResult:
@@ -189,7 +189,7 @@ def refuse_other_chip(elf: Path, board: Board) -> None:
 
 
 def chip_of(elf: Path) -> str:
-    """Return the chip that a program was linked for, or nothing if it has no name of a chip."""
+    """Return the name of the chip that a program was linked for; "" if the program has none."""
     with elf.open("rb") as file:
         section = ELFFile(file).get_section_by_name(DEVICE)
         notes = list(section.iter_notes()) if isinstance(section, NoteSection) else []

@@ -14,7 +14,7 @@ from pathlib import Path
 from heatwright.generator.toolchain import offline
 from heatwright.generator.toolchain.errors import ToolMissing
 
-# The environment variable: `offline` or `online` forces that way.
+# The environment variable that forces a way to build: `offline` or `online`.
 CHOICE = "HEATWRIGHT_PLATFORMIO"
 
 QUIET = {
@@ -55,12 +55,8 @@ def find() -> PlatformIO:
 def online() -> PlatformIO:
     """Return the user's own PlatformIO, which downloads missing packages."""
     core = Path(os.environ.get("PLATFORMIO_CORE_DIR", Path.home() / ".platformio"))
-    manifests = sorted(
-        [
-            *core.glob("platforms/atmelavr*/.piopm"),
-            *core.glob("packages/toolchain-atmelavr*/.piopm"),
-        ]
-    )
+    patterns = "platforms/atmelavr*/.piopm", "packages/toolchain-atmelavr*/.piopm"
+    manifests = sorted(file for pattern in patterns for file in core.glob(pattern))
     installed = " ".join(manifest.read_text(encoding="utf-8") for manifest in manifests)
     return PlatformIO(core, f"{version('platformio')} {installed}", offline=False)
 

@@ -24,7 +24,11 @@ class AlgorithmPlan:
 
 @dataclass(frozen=True, slots=True)
 class SwitchNames:
-    """The values for a switching algorithm; `lead` and `hysteresis` are empty if it has none."""
+    """The values for a switching algorithm.
+
+    lead, hysteresis -- their texts for comments, empty if the algorithm has none; in_use -- their C
+    names; inside -- C expression of the error at which an output that is on goes off, K.
+    """
 
     where: str
     lead: str
@@ -46,7 +50,7 @@ def per_period(source: Source, prefix: str, loop: Loop) -> Constant:
 
 
 def per_step(source: Source, name: str, rate: float, unit: str, loop: Loop) -> Constant:
-    """The change in one control period at a rate, in the unit of the rate times s."""
+    """The change in one control period at this rate; its unit is that of the rate, times s."""
     return source.number(
         name, rate * loop.period_s, f"{quantity(rate, unit)} x {told_period(loop)}"
     )
@@ -62,20 +66,20 @@ def filter_weight(source: Source, name: str, filter_s: float, loop: Loop) -> Con
 
 
 def least_slope(source: Source, prefix: str) -> Constant:
-    """Return the slope below which a fading slope becomes 0.
+    """Return the slope below which a decaying slope becomes 0, K/s.
 
-    avr-libc rounds some products below the least normal number in its own way.
+    avr-libc rounds some products below the least normal number differently from IEEE 754.
     """
     return source.number(f"{prefix}_LEAST_SLOPE", LEAST_SLOPE_K_PER_S, "K/s; less becomes 0")
 
 
 def by_keys(source: Source, name: str) -> frozenset[str]:
-    """Fields of a loop's algorithm that the keypad sets."""
+    """The names of the algorithm's fields that the keypad can set, for a loop."""
     return frozenset(each.kind.field for each in facts_of(source.controller, name).keyed_numbers)
 
 
 def in_use(name: str, prefix: str, keyed: Collection[str]) -> dict[str, str]:
-    """C names of a switching algorithm's numbers: constants, or variables that the keypad sets."""
+    """C names of a switching algorithm's numbers: constants, or variables for `keyed` numbers."""
     return {
         field: f"algorithm_{name}.{field}" if field in keyed else f"{prefix}_{field.upper()}"
         for field in ("hysteresis_k", "lead_s")
@@ -106,11 +110,10 @@ def lead_constants(
     """The constants for looking ahead along the slope; none without a lead."""
     if not lead_words(algorithm, keyed):
         return []
+    at = source.at("lead_filter")
     return [
         source.at("lead").given(f"{prefix}_LEAD_S", algorithm.lead_s, "s"),
-        filter_weight(
-            source.at("lead_filter"), f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, loop
-        ),
-        least_slope(source.at("lead_filter"), prefix),
+        filter_weight(at, f"{prefix}_RATE_WEIGHT", algorithm.lead_filter_s, loop),
+        least_slope(at, prefix),
         per_period(Source(source.spec, source.path[:-1]), prefix, loop),
     ]

@@ -64,7 +64,12 @@ def in_force(algorithm: Algorithm, prefix: str, state: str) -> LimitsInForce:
 
 @dataclass(frozen=True, slots=True)
 class PidNames:
-    """The values for the templates: the terms, and their numbers in C."""
+    """The values for the templates: the terms, and their numbers in C.
+
+    hold -- the integral is held while the output is limited; moved -- a program moves the setpoint;
+    of_error -- the derivative is that of the error; late -- it is used one step later; newest -- C
+    name of the slope of this step; keeps -- the dead band keeps the output.
+    """
 
     where: str
     integral_minimum: str
@@ -152,12 +157,9 @@ class _Terms:
             )
         constants += self._limits("output", self.pid.output)
         if self.pid.limits_adjustable:
+            at, name = self.source.at("limits_adjustable"), f"{self.prefix}_OUTPUT_LEAST_MAXIMUM"
             least = self.pid.output.minimum_percent + LEAST_RANGE_PERCENT
-            constants.append(
-                self.source.at("limits_adjustable").number(
-                    f"{self.prefix}_OUTPUT_LEAST_MAXIMUM", least, "the least that a host may set"
-                )
-            )
+            constants.append(at.number(name, least, "the least that a host may set"))
         if self.pid.band_k is not None:
             constants.append(self._number("band", "BAND_K", self.pid.band_k, "K"))
         if self.pid.dead_band_k > 0:
@@ -178,27 +180,20 @@ class _Terms:
         return [per_step(self.source.at("ki"), name, self.pid.ki, unit, self.loop)]
 
     def _kd(self) -> list[Constant]:
+        at, name = self.source.at("derivative_filter"), f"{self.prefix}_SLOPE_WEIGHT"
         return [
             self._number("kd", "KD", self.pid.kd, "%*s/K"),
-            filter_weight(
-                self.source.at("derivative_filter"),
-                f"{self.prefix}_SLOPE_WEIGHT",
-                self.pid.derivative_filter_s,
-                self.loop,
-            ),
-            least_slope(self.source.at("derivative_filter"), self.prefix),
+            filter_weight(at, name, self.pid.derivative_filter_s, self.loop),
+            least_slope(at, self.prefix),
             per_period(self._of_loop(), self.prefix, self.loop),
         ]
 
     def _limits(self, section: str, limits: IntegralLimits | OutputLimits) -> list[Constant]:
+        name = f"{self.prefix}_{section.upper()}"
+        bounds = {"minimum": limits.minimum_percent, "maximum": limits.maximum_percent}
         return [
-            self.source.at(section, key).given(
-                f"{self.prefix}_{section.upper()}_{key.upper()}", value, "%"
-            )
-            for key, value in (
-                ("minimum", limits.minimum_percent),
-                ("maximum", limits.maximum_percent),
-            )
+            self.source.at(section, key).given(f"{name}_{key.upper()}", value, "%")
+            for key, value in bounds.items()
         ]
 
     def _of_loop(self) -> Source:

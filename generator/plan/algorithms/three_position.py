@@ -45,22 +45,11 @@ def plan(source: Source, name: str, loop: Loop, prefix: str) -> AlgorithmPlan:
 def _band(
     source: Source, algorithm: ThreePosition, prefix: str, keyed: Collection[str]
 ) -> list[Constant]:
-    band, inwards = quantity(algorithm.dead_band_k, "K"), quantity(algorithm.hysteresis_k, "K")
-    constants = [
-        source.at("dead_band").number(f"{prefix}_DEAD_BAND_K", algorithm.dead_band_k, band)
-    ]
+    band_k, hysteresis_k = algorithm.dead_band_k, algorithm.hysteresis_k
+    constants = [source.at("dead_band").given(f"{prefix}_DEAD_BAND_K", band_k, "K")]
+    at, words = source.at("hysteresis"), f"{quantity(band_k, 'K')} - {quantity(hysteresis_k, 'K')}"
     if "hysteresis_k" in keyed:
-        constants.append(
-            source.at("hysteresis").number(
-                f"{prefix}_HYSTERESIS_K", algorithm.hysteresis_k, inwards
-            )
-        )
-    elif algorithm.hysteresis_k > 0:
-        constants.append(
-            source.at("hysteresis").number(
-                f"{prefix}_INSIDE_K",
-                algorithm.dead_band_k - algorithm.hysteresis_k,
-                f"{band} - {inwards}",
-            )
-        )
+        constants.append(at.given(f"{prefix}_HYSTERESIS_K", hysteresis_k, "K"))
+    elif hysteresis_k > 0:
+        constants.append(at.number(f"{prefix}_INSIDE_K", band_k - hysteresis_k, words))
     return constants

@@ -47,7 +47,7 @@ def commissioning(controller: Controller, rows: Sequence[Wiring]) -> list[Stage]
 
 
 def _codes(controller: Controller, *rules: str) -> str:
-    """Return the codes of those rules that this controller has, as the display shows them."""
+    """Return the codes of the given rules that this controller has, as the display shows them."""
     found = [f"E{rule.code:02d}" for rule in facts_of(controller).rules if rule.id in rules]
     return " or ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
@@ -58,7 +58,7 @@ def _heaters(controller: Controller) -> dict[str, Switch]:
 
 
 def _pulls(rows: Sequence[Wiring]) -> Iterator[Step]:
-    """Measure pull-up and pull-down resistors; but not in a divider, which has a sensor, too."""
+    """Measure pull-up and pull-down resistors, except in a divider: its sensor is in parallel."""
     for row in rows:
         for each in row.symbols:
             divides = any(other.shape == "sensor" for other in row.symbols)
@@ -93,16 +93,13 @@ def _loads(controller: Controller) -> Iterator[Step]:
 
 def _ohm(output: Switch) -> str:
     """Return the resistance of a heater, from its power and voltage."""
-    if output.power_w is None:
+    power_w, volts = output.power_w, output.rated_v or output.supply_v
+    if power_w is None:
         return "the resistance in its data sheet"
-    volts = output.rated_v or output.supply_v
     if volts is not None:
-        return f"{volts**2 / output.power_w:.3g} Ω ± {OHM_TOLERANCE}"
-    power_w = output.power_w
-    return (
-        ", ".join(f"{volts**2 / power_w:.3g} Ω at {volts:g} V" for volts in USUAL_V)
-        + f" (± {OHM_TOLERANCE})"
-    )
+        return f"{volts**2 / power_w:.3g} Ω ± {OHM_TOLERANCE}"
+    usual = ", ".join(f"{each**2 / power_w:.3g} Ω at {each:g} V" for each in USUAL_V)
+    return f"{usual} (± {OHM_TOLERANCE})"
 
 
 def _board(controller: Controller) -> Iterator[Step]:
@@ -140,8 +137,8 @@ def _board(controller: Controller) -> Iterator[Step]:
             f"{_codes(controller, 'fan_stopped')} within {quantity(proof.within_s, 's')}",
         )
     for name, each in controller.safety.inputs.items():
-        tells = _codes(controller, "input_open") if each.trips else "the loops pause: heaters off"
-        yield Step(f"Open contact `{name}`", tells)
+        seen = _codes(controller, "input_open") if each.trips else "the loops pause: heaters off"
+        yield Step(f"Open contact `{name}`", seen)
 
 
 def _off_by(controller: Controller, sensor: Thermometer, at_c: float) -> str:

@@ -21,7 +21,7 @@ class LineRow:
 
 
 def lines(controller: Controller) -> list[LineRow]:
-    """List the level converter for each line and each kind of line that it may be."""
+    """List the level converter for each line, and for each device that may be at its other end."""
     modbus, found = facts_of(controller).modbus, []
     for each in controller.interfaces:
         line, bus = each.line, modbus if each is modbus else None

@@ -20,7 +20,7 @@ from heatwright.spec import Indicators, Loop, facts_of
 from heatwright.spec.commands import shown_loop
 
 BLINK_S = 0.5
-"""Time on, and time off, of a blink: slow enough not to be mistaken for a PWM."""
+"""Time on, and time off, of a blinking LED: too long to look like a PWM."""
 
 LOST_AFTER_S = 5.0
 """Silence after which the master is shown as lost, if no rule has a time for it."""
@@ -104,7 +104,7 @@ def plan(source: Source, interface: Indicators) -> Part:
 
 
 def _pins(loop: str, interface: Indicators) -> dict[str, dict[str, str]]:
-    """The pins of each meaning, by their C names."""
+    """Return the pins of each meaning, by the C names of the pins."""
     found: dict[str, dict[str, str]] = {}
     for pin, meaning in interface.leds.items():
         same = found.setdefault(meaning, {})
@@ -122,20 +122,20 @@ def _headers(source: Source, name: str, loop: Loop, meanings: set[str]) -> list[
     """The headers that the LEDs need, with the names for which they are included."""
     symbols: dict[str, list[str]] = {}
 
-    def ask(meaning: str, header: str, *wanted: str) -> None:
+    def need(meaning: str, header: str, *needed: str) -> None:
         if meaning in meanings:
-            symbols.setdefault(header, []).extend(wanted)
+            symbols.setdefault(header, []).extend(needed)
 
     for meaning in ("enabled", "fault"):
-        ask(meaning, "fault.h", "fault")
-    ask("enabled", f"loop_{name}.h", f"loop_{name}_works")
-    ask("warm", f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
-    ask("heating", f"output_{loop.heater}.h", f"output_{loop.heater}_is_on")
+        need(meaning, "fault.h", "fault")
+    need("enabled", f"loop_{name}.h", f"loop_{name}_works")
+    need("warm", f"loop_{name}.h", f"loop_{name}_state", "STATE_*")
+    need("heating", f"output_{loop.heater}.h", f"output_{loop.heater}_is_on")
     if _limited(source, name):
-        ask("heating", f"current_{loop.heater}.h", f"current_{loop.heater}")
-        ask("heating", f"loop_{name}.h", f"loop_{name}")
-    ask("cooling", f"output_{loop.cooler}.h", f"output_{loop.cooler}_is_on")
-    ask("communicating", "modbus.h", "modbus_silent_ticks", "modbus_was_heard")
+        need("heating", f"current_{loop.heater}.h", f"current_{loop.heater}")
+        need("heating", f"loop_{name}.h", f"loop_{name}")
+    need("cooling", f"output_{loop.cooler}.h", f"output_{loop.cooler}_is_on")
+    need("communicating", "modbus.h", "modbus_silent_ticks", "modbus_was_heard")
     symbols["pins.h"] = [f"pin_led_{name}_*"]
     return [Header(header, ", ".join(dict.fromkeys(symbols[header]))) for header in sorted(symbols)]
 
@@ -147,8 +147,8 @@ def _groups(source: Source, name: str, loop: Loop, meanings: set[str]) -> tuple[
     common = Group("Indicators", (blink,))
     if "communicating" not in meanings:
         return (common,)
-    asked_s = loop.protection.master_lost_after_s
-    lost_s = LOST_AFTER_S if asked_s is None else asked_s
+    given_s = loop.protection.master_lost_after_s
+    lost_s = LOST_AFTER_S if given_s is None else given_s
     lost = Source(source.spec, ("loops", name, "protection", "master_lost_after")).ticks(
         f"INDICATORS_{name.upper()}_LOST_TICKS", lost_s, " without a request"
     )

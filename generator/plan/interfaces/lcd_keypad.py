@@ -17,7 +17,7 @@ from heatwright.spec.interfaces import LCD_KEYPAD, Countdown
 
 MINUTE_S = 60.0
 COARSE = 10
-"""Steps per repeat of a key that is held for long."""
+"""Steps of a coarse step, which each repeat of a key makes once the key is held for long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,15 +129,9 @@ def _plan_panel(source: Source, interface: LcdKeypad) -> Shown:
         monitors=bool(controller.monitors),
         lockout=controller.lockout is not None,
     )
-    whole = all(
-        value.is_integer()
-        for value in (
-            interface.step_k,
-            loop.setpoint.initial_c,
-            loop.setpoint.minimum_c,
-            loop.setpoint.maximum_c,
-        )
-    )
+    setpoint = loop.setpoint
+    shown = interface.step_k, setpoint.initial_c, setpoint.minimum_c, setpoint.maximum_c
+    whole = all(value.is_integer() for value in shown)
     constants = (
         Constant(
             "PANEL_SETPOINT_DECIMALS", "0u" if whole else "1u", "as many as the setpoints need"
@@ -190,8 +184,6 @@ SCREEN_CONSTANTS = (
         "LCD_RESYNC_TICKS", f"{ticks(RESYNC_S)}u", f"{RESYNC_S:g} s between start-up sequences"
     ),
 )
-"""Constants of config.h."""
-
 
 DATA_LINES = (("d4", 0x10), ("d5", 0x20), ("d6", 0x40), ("d7", 0x80))
 """The four data lines, each with its bit in a byte's upper half."""
@@ -207,7 +199,6 @@ class LcdNames:
 
 
 def _plan_screen(source: Source) -> Part:
-    """Plan the screen."""
     pins = source.controller.board.pins
     lcd = LcdNames(source.where, f"{RESYNC_S:g}", DATA_LINES)
     return Part(

@@ -102,7 +102,7 @@ def _constants(source: Source, interface: SerialLog) -> tuple[Constant, ...]:
             Constant(
                 "LOG_SLOT_BYTES",
                 f"{area.slot_bytes}u",
-                f"of an entry; cells last {area.years(interface.every_s):.0f} years",
+                f"bytes per entry; cells last {area.years(interface.every_s):.0f} years",
             ),
         ]
     return tuple(constants)

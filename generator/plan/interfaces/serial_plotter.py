@@ -69,7 +69,7 @@ def plan(source: Source, interface: SerialPlotter) -> Part:
 
 
 def _decimals(source: Source, interface: SerialPlotter) -> Constant:
-    name, what = "PLOTTER_DECIMALS", "of every field"
+    name, what = "PLOTTER_DECIMALS", "decimals of every number"
     if "decimals" in interface.model_fields_set:
         return source.at("decimals").count(name, interface.decimals, what)
     return Constant(name, f"{interface.decimals}u", what)
@@ -90,13 +90,7 @@ def fields(controller: Controller, name: str) -> list[Field]:
             lead = f"{state}.lead_s * {state}.rate_k_per_s"
         own = [("heater, 0 or 10", f"0.1f * loop_{name}.duty_percent"), ("lead in K", lead)]
     else:
-        own = _pid_fields(
-            name,
-            loop.algorithm,
-            prefix,
-            state,
-            variable=facts.gains_vary,
-        )
+        own = _pid_fields(name, loop.algorithm, prefix, state, variable=facts.gains_vary)
     return [Field(title, expression) for title, expression in common + own]
 
 

@@ -27,7 +27,7 @@ class NumberNames:
 
 
 def named(source: Source, name: str, prefix: str) -> list[NumberNames]:
-    """Name each number of a loop."""
+    """Return the names of each number of a loop that the keypad sets."""
     return [
         NumberNames(
             key=each.kind.key,
@@ -51,7 +51,7 @@ def range_constants(source: Source, name: str, prefix: str) -> list[Constant]:
     return [
         _at(source, each)
         .at(end)
-        .number(_constant(prefix, each, f"_{end.upper()}"), value, _said(each, value))
+        .number(_constant(prefix, each, f"_{end.upper()}"), value, _shown(each, value))
         for each in facts_of(source.controller, name).keyed_numbers
         for end, value in (("minimum", each.minimum), ("maximum", each.maximum))
     ]
@@ -64,7 +64,7 @@ def key_constants(source: Source, name: str) -> list[Constant]:
         at = _at(source, each)
         found += [
             at.at("step").number(
-                _constant("PANEL", each, "_STEP"), each.step, _said(each, each.step)
+                _constant("PANEL", each, "_STEP"), each.step, _shown(each, each.step)
             ),
             at.count(
                 f"PANEL_{each.kind.key.upper()}_DECIMALS", each.decimals, "as many as it needs"
@@ -86,5 +86,5 @@ def _constant(prefix: str, each: Number, what: str) -> str:
     return f"{prefix}_{each.kind.key}{what}{unit}".upper()
 
 
-def _said(each: Number, value: float) -> str:
+def _shown(each: Number, value: float) -> str:
     return quantity(value, each.kind.unit)

@@ -9,14 +9,15 @@ from heatwright.spec import Current, Loop, facts_of
 from heatwright.spec.sensing.circuits import reference_v
 
 RAMP_PERCENT = 25.0
-"""Initial limit of the duty, and its rise per step: if a wire has only a third of its resistance,
-this is detected at three quarters of its rated current, before it carries more."""
+"""Initial limit of the duty, and its rise per step, %: so a wire with a third of its resistance is
+detected at three quarters of its rated current, before it carries more."""
 
 RULES_S = 0.5
 """Time for which the current must be too high or too low to trip a rule."""
 
 LEAST_PERCENT = 0.1
-"""Lowest limit of the duty: a wire that needs less trips anyway; squares stay normal numbers."""
+"""Lowest limit of the duty, %: a wire that needs a lower one trips a rule anyway, and the square of
+a lower one might not be a normal number."""
 
 FEWEST_STEPS = 5
 """Minimum number of control steps in RULES_S: with a filter time constant of up to one step, less
@@ -77,12 +78,11 @@ def _constants(at: Source, loop: Loop, current: Current, prefix: str) -> list[Co
     limit = []
     if current.limit_a is not None:
         shown = f"{quantity(current.limit_a, 'A')}{mean or ' rms'}: its mean at full duty"
+        bound, ramp = at.at("limit"), "initial limit, and its rise per step"
         limit = [
-            at.at("limit").number(f"{prefix}_LIMIT_A", current.limit_a * factor, shown),
-            at.at("limit").number(
-                f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, "initial limit, and its rise per step"
-            ),
-            at.at("limit").number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "the least limit"),
+            bound.number(f"{prefix}_LIMIT_A", current.limit_a * factor, shown),
+            bound.number(f"{prefix}_RAMP_PERCENT", RAMP_PERCENT, ramp),
+            bound.number(f"{prefix}_LEAST_PERCENT", LEAST_PERCENT, "the lowest limit of the duty"),
         ]
     over = f"{quantity(current.over_a, 'A')}{mean or ' rms'}: its mean at full duty"
     return [

@@ -182,8 +182,7 @@ DUTY = (
         names={"decides": "heat_unless_idle"},
     ),
     Feature(
-        includes={"algorithm_{name}.h": "algorithm_{name}_step"},
-        decide="decide(now, verdict);",
+        includes={"algorithm_{name}.h": "algorithm_{name}_step"}, decide="decide(now, verdict);"
     ),
     Feature(when=lambda loop: loop.limited, helpers=("current",), limit="limit_duty();"),
 )
@@ -241,9 +240,7 @@ REPORTS = (
         tick="countdown_step();",
     ),
     Feature(
-        when=lambda loop: loop.keyed,
-        includes={"panel.h": "panel_refresh"},
-        tick="panel_refresh();",
+        when=lambda loop: loop.keyed, includes={"panel.h": "panel_refresh"}, tick="panel_refresh();"
     ),
     Feature(when=lambda loop: loop.has_state, public=("state",), names={"and_on": ""}),
     Feature(when=lambda loop: loop.commanded, names={"and_on": " && !is_off()"}),
@@ -278,9 +275,7 @@ COMMANDS = (
         when=lambda loop: loop.tunable, names={"by_hand_or": "next_mode != MODE_AUTOMATIC || "}
     ),
     Feature(
-        when=lambda loop: loop.commanded,
-        public=("regulates",),
-        names={"regulates": "!{idle_call}"},
+        when=lambda loop: loop.commanded, public=("regulates",), names={"regulates": "!{idle_call}"}
     ),
     Feature(
         when=lambda loop: loop.tunable,

@@ -63,7 +63,7 @@ class GuardNames:
     """C expression of the duty that is full power."""
     swing: str
     other_full: bool
-    """True if full power in a tuning is another duty, `swing`."""
+    """True if full power in a tuning is a lower duty, `swing`."""
     frozen: bool
     holding: bool
     rising: bool
@@ -101,8 +101,7 @@ def plan_loop(source: Source, name: str, loop: Loop) -> Part:
         *_loop_constants(source, loop, told),
         *_types_constants(source, loop, prefix),
         *(_average(source, told) if told.averaged else ()),
-        *(_readiness(source, loop, prefix) if told.hosted else ()),
-        *(_warmth(source, loop, prefix) if told.has_state and not told.hosted else ()),
+        *_nearness(source, loop, told),
         *permits(source, loop, prefix),
         *algorithm.constants,
         *adjusted.range_constants(source, name, prefix),
@@ -129,7 +128,7 @@ def plan_loop(source: Source, name: str, loop: Loop) -> Part:
 
 
 def _files(source: Source, told: LoopNames, algorithm: AlgorithmPlan) -> Iterator[File]:
-    """List header and source of the step, and of each part of it with files of its own."""
+    """List header and source of the step, and of each of its parts that has files of its own."""
     loop, name = source.controller.loops[told.name], told.name
     step = put_together(told, FEATURES)
     yield File(f"src/loop_{name}.h", "loop/loop.h.j2", told)
@@ -178,7 +177,7 @@ def _full_duty(loop: Loop, name: str, prefix: str) -> str:
 
 
 def _response(source: Source, response: Response, loop: Loop, prefix: str) -> list[Constant]:
-    """Return the constants that define "settled"."""
+    """Return the constants that define when a response has settled."""
     at = source.at("response")
     return [
         at.at("within").given(f"{prefix}_RESPONSE_WITHIN_K", response.within_k, "K"),
@@ -204,7 +203,7 @@ def _loop_constants(source: Source, loop: Loop, told: LoopNames) -> list[Constan
 
 
 def _types_constants(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """Highest setpoint and maximum for each selectable type whose limits are below the spec's."""
+    """Highest setpoint and maximum for each thermocouple type with lower limits than the spec's."""
     sensor = source.controller.sensors[loop.sensor]
     setpoint_c, maximum_c = loop.setpoint.maximum_c, loop.protection.maximum_c
     at = Source(source.spec, ("sensors", loop.sensor, "selectable"))
@@ -231,14 +230,11 @@ def _ready_within_k(loop: Loop) -> float:
     return READY_WITHIN_K if loop.ready_within_k is None else loop.ready_within_k
 
 
-def _readiness(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    within_k = _ready_within_k(loop)
-    return [source.at("ready_within").given(f"{prefix}_READY_WITHIN_K", within_k, "K")]
-
-
-def _warmth(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """The deviation within which a loop is warm, if no host waits for the loop to be ready."""
-    at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
-    if within_k is None:
-        at, within_k = source.at("ready_within"), _ready_within_k(loop)
-    return [at.given(f"{prefix}_WARM_WITHIN_K", within_k, "K")]
+def _nearness(source: Source, loop: Loop, told: LoopNames) -> list[Constant]:
+    """The deviation within which a loop is ready for its host, or its state is "warm", K."""
+    if not told.hosted and not told.has_state:
+        return []
+    at, within_k = source.at("ready_within"), _ready_within_k(loop)
+    if not told.hosted and loop.algorithm.warm_within_k is not None:
+        at, within_k = source.at("algorithm", "dead_band"), loop.algorithm.warm_within_k
+    return [at.given(told.warm_within, within_k, "K")]

@@ -30,8 +30,10 @@ class Types:
     """Types of thermocouple, grouped by their highest allowed temperature."""
 
     least: CodedType
+    """The type with the lowest limit, which also applies to an invalid code."""
     others: list[CodedType]
     whole: list[CodedType]
+    """The types that allow the spec's own limit."""
     where: str
 
 
@@ -53,8 +55,6 @@ class LoopSummary(LoopFacts):
 class LoopNames(LoopSummary):
     """All values for the templates of a loop."""
 
-    NAME: str
-    SENSOR: str
     raw: str
     """C type of the sensor's readings."""
     averaged: bool
@@ -98,8 +98,6 @@ def loop_names(source: Source, name: str, ready_within: str) -> LoopNames:
     root, heater = Source(source.spec, ()), Source(source.spec, ("outputs", told.heater))
     return LoopNames(
         **{each.name: getattr(told, each.name) for each in fields(told)} | {"where": source.where},
-        NAME=name.upper(),
-        SENSOR=told.sensor.upper(),
         raw=raw_type(source.controller.thermometers[told.sensor]),
         averaged=told.readings > 1,
         limited=told.current is not None and told.current.limit_a is not None,

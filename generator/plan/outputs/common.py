@@ -40,7 +40,7 @@ class UseOfOutput:
     cools: bool = False
     """True if it is the cooler of a loop, which the gate switches after the heater."""
     watched: bool = False
-    """True if code asks whether it is on."""
+    """True if other code reads whether it is on."""
 
     @property
     def gated(self) -> bool:
@@ -54,7 +54,7 @@ def cools(controller: Controller, name: str) -> bool:
 
 
 def watched(controller: Controller, name: str) -> bool:
-    """Return whether code asks if an output is on: the gate of a loop with a cooler, or LEDs."""
+    """Return whether the gate (of a loop with a cooler) or LEDs read if an output is on."""
     return any(
         (loop.cooler is not None and name in {loop.heater, loop.cooler})
         or (loop.heater == name and "heating" in loop.lit)
@@ -67,7 +67,6 @@ class OutputNames:
     """The values for every output's template."""
 
     name: str
-    NAME: str
     prefix: str
     where: str
     heats: bool
@@ -84,7 +83,6 @@ def output_names(source: Source, name: str, use: UseOfOutput) -> OutputNames:
     output = source.controller.switches.get(name)
     return OutputNames(
         name=name,
-        NAME=name.upper(),
         prefix=f"OUTPUT_{name.upper()}",
         where=source.where,
         heats=use.heats,
@@ -161,7 +159,7 @@ def wiring(source: Source, name: str, output: Switch, wired: str = "") -> Wiring
 
 
 def _load(controller: Controller, name: str, output: Switch, power: str) -> Iterator[Symbol]:
-    """Draw a load from its switch on: its current sensor, and a heater's fuse and relay."""
+    """Draw a load's circuit, from its switch to its supply: also current sensor, fuse and relay."""
     if output.frequency_hz > 0:
         yield along("transistor")
     else:

@@ -32,10 +32,8 @@ def plan(source: Source, name: str, output: TimeProportionalOutput, use: UseOfOu
         return milliseconds(duration_s) // resolution_ms
 
     def least(key: str, duration_s: float) -> Constant:
-        steps = in_steps(duration_s)
-        return source.at(key).count(
-            f"{prefix}_{key.upper()}_STEPS", steps, quantity(duration_s, "s")
-        )
+        name, shown = f"{prefix}_{key.upper()}_STEPS", quantity(duration_s, "s")
+        return source.at(key).count(name, in_steps(duration_s), shown)
 
     spread = output.distribution == "spread"
     window = in_steps(output.window_s)

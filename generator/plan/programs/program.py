@@ -94,10 +94,5 @@ def _hold_back(source: Source, programs: Programs, loop: Loop) -> list[Constant]
 
 def _resume(source: Source, programs: Programs) -> list[Constant]:
     within_k = programs.after_power_loss.resume_within_k
-    if within_k == 0:
-        return []
-    return [
-        source.at("after_power_loss", "resume_within").given(
-            "PROGRAM_RESUME_WITHIN_K", within_k, "K"
-        )
-    ]
+    at = source.at("after_power_loss", "resume_within")
+    return [at.given("PROGRAM_RESUME_WITHIN_K", within_k, "K")] if within_k > 0 else []

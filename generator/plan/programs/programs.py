@@ -107,7 +107,6 @@ def in_words(controller: Controller) -> ProgramsInWords | None:
     given = controller.programs
     if given is None:
         return None
-    years = math.floor(layout(controller).progress.years(given.save_every_s))
     return ProgramsInWords(
         loop=given.loop,
         places=given.places,
@@ -116,7 +115,7 @@ def in_words(controller: Controller) -> ProgramsInWords | None:
         on_fault=_on_fault(given),
         after_power_loss=_after_power_loss(given.after_power_loss),
         save_every=duration(given.save_every_s),
-        years=years,
+        years=math.floor(layout(controller).progress.years(given.save_every_s)),
     )
 
 
@@ -124,10 +123,7 @@ def _on_fault(programs: Programs) -> str:
     if programs.on_fault == "stop":
         return "A fault ends it."
     within = quantity(programs.after_power_loss.resume_within_k, "K")
-    otherwise = {
-        "stop": "ends",
-        "pause": "is paused, and can be resumed at any temperature",
-    }
+    otherwise = {"stop": "ends", "pause": "is paused, and can be resumed at any temperature"}
     return (
         "A fault interrupts it. After acknowledging, it can be resumed: it continues if "
         f"the temperature has changed by no more than {within}, otherwise it "
@@ -180,7 +176,7 @@ def _constants(source: Source) -> tuple[Constant, ...]:
     lowest = math.ceil(setpoint.minimum_c * PER_KELVIN - FLOAT_ERROR)
     highest = math.floor(setpoint.maximum_c * PER_KELVIN + FLOAT_ERROR)
     return (
-        *_where_they_are(source),
+        *_places(source),
         Constant(
             "PROGRAM_LOWEST_DC", _integer(lowest),
             f"{bounds.at('minimum').where}: {quantity(setpoint.minimum_c, 'degC')} in tenths",
@@ -200,10 +196,10 @@ def _constants(source: Source) -> tuple[Constant, ...]:
     )  # fmt: skip
 
 
-def _where_they_are(source: Source) -> tuple[Constant, ...]:
-    """Return the places of programs and progress in the EEPROM, and how long it lasts."""
+def _places(source: Source) -> tuple[Constant, ...]:
+    """Return the places of programs and progress in the EEPROM, and how long its cells last."""
     given = source.controller.programs
-    assert given is not None  # noqa: S101 - as above
+    assert given is not None  # noqa: S101 - the caller has looked
     areas = layout(source.controller)
     programs, progress = areas.programs, areas.progress
     every = duration(given.save_every_s)

@@ -7,7 +7,7 @@ from heatwright.generator.plan.numbers import c_float, filter_share, quantity
 from heatwright.generator.plan.parts import Constant
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import derivation_words
-from heatwright.spec import Frozen, Loop, Protection
+from heatwright.spec import Loop, Protection
 from heatwright.spec.loops import Effort, Limits
 from heatwright.spec.quantity import about
 
@@ -40,16 +40,13 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             number(("agreement", "within"), "AGREEMENT_K", rules.agreement.within_k, "K"),
             count(("agreement", "for"), "AGREEMENT_STEPS", rules.agreement.for_s),
         ]
-    constants += _of_a_person(source, loop, prefix)
-    if rules.runaway is not None:
-        constants.append(
-            number(("runaway", "above"), "RUNAWAY_ABOVE_K", rules.runaway.above_k, "K")
-        )
-        if rules.runaway.below_k is not None:
-            constants.append(
-                number(("runaway", "below"), "RUNAWAY_BELOW_K", rules.runaway.below_k, "K")
-            )
-        constants.append(count(("runaway", "for"), "RUNAWAY_STEPS", rules.runaway.for_s))
+    constants += _times_on(source, loop, prefix)
+    runaway = rules.runaway
+    if runaway is not None:
+        constants.append(number(("runaway", "above"), "RUNAWAY_ABOVE_K", runaway.above_k, "K"))
+        if runaway.below_k is not None:
+            constants.append(number(("runaway", "below"), "RUNAWAY_BELOW_K", runaway.below_k, "K"))
+        constants.append(count(("runaway", "for"), "RUNAWAY_STEPS", runaway.for_s))
     if rules.heating is not None:
         constants += [
             *([] if loop.algorithm.limits_adjustable else [full_duty]),
@@ -57,10 +54,10 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
             count(("heating", "within"), "HEATING_STEPS", rules.heating.within_s),
         ]
     if rules.frozen is not None:
-        constants += [
-            *_holding(source, rules.frozen, prefix),
-            count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s),
-        ]
+        percent = rules.frozen.holding_percent
+        holding = number(("frozen", "holding"), "FROZEN_HOLDING_PERCENT", percent, "%")
+        constants += [holding] if percent > 0 else []
+        constants.append(count(("frozen", "for"), "FROZEN_STEPS", rules.frozen.for_s))
     if rules.rising_while_off is not None:
         rising = rules.rising_while_off
         constants += [
@@ -72,8 +69,8 @@ def guard_constants(source: Source, loop: Loop, prefix: str, full_duty: Constant
     return constants
 
 
-def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
-    """How long the loop may be on without its host or master, and in total."""
+def _times_on(source: Source, loop: Loop, prefix: str) -> list[Constant]:
+    """How long the loop may be on without a sign of its host or master, and in total."""
     lost_s, most_s = loop.protection.master_lost_after_s, loop.protection.on_for_at_most_s
     constants = []
     if lost_s is not None:
@@ -87,7 +84,7 @@ def _of_a_person(source: Source, loop: Loop, prefix: str) -> list[Constant]:
 
 @dataclass(frozen=True, slots=True)
 class LineNames:
-    """A line of the power's limits in C: its value at 0 degC, and its slope per kelvin."""
+    """A straight line that limits the power, in C: value at 0 degC, and slope per kelvin."""
 
     percent: str
     per_k: str
@@ -95,7 +92,11 @@ class LineNames:
 
 @dataclass(frozen=True, slots=True)
 class EffortNames:
-    """The band of the power in C: constants, or a table if it has several lines."""
+    """The band of the power in C: constants, or a table if the band has several lines.
+
+    columns -- the table's columns after the temperature; lines -- its rows; high, low -- the band's
+    ends, None without the rule; cooled -- the loop has a cooler.
+    """
 
     columns: list[str]
     lines: list[list[str]]
@@ -135,13 +136,13 @@ def effort_names(loop: Loop, prefix: str) -> EffortNames | None:
 
 
 def _ends(effort: Effort) -> dict[str, tuple[float, str]]:
-    """Return the ends of the band: the share of the plant's power, and the season."""
+    """Return the band's ends, each with its share of the plant's power, %, and its season."""
     ends = {"high": (effort.high_percent, "winter"), "low": (effort.low_percent, "summer")}
     return {end: (share, season) for end, (share, season) in ends.items() if share is not None}
 
 
 def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Constant]:
-    """Constants of the band of the power, and of the time outside it; several lines are a table."""
+    """Constants of the band of the power (a table if it has several lines), and of its time."""
     band, (line, *bent) = effort.band, effort.band.lines
     limits = []
     for end, (share, season) in _ends(effort).items() if not bent else ():
@@ -159,7 +160,7 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
         source.number(
             f"{prefix}_EFFORT_SHARE",
             filter_share(band.filter_s, loop),
-            f"of a step in the mean of the power, over {about(band.filter_s)} s",
+            f"weight of a step in the mean of the power, over {about(band.filter_s)} s",
         ),
         source.number(f"{prefix}_EFFORT_MOVE_K", band.move_k, "a smaller change is ignored"),
         source.at("for").steps(
@@ -169,17 +170,6 @@ def _effort(source: Source, effort: Effort, loop: Loop, prefix: str) -> list[Con
             derivation_words(effort.derived.get("for")),
         ),
     ]
-
-
-def _holding(source: Source, frozen: Frozen, prefix: str) -> list[Constant]:
-    """The duty that holding the temperature may need, if the spec has one."""
-    if frozen.holding_percent == 0:
-        return []
-    derivation = quantity(frozen.holding_percent, "%") + derivation_words(
-        frozen.derived.get("holding")
-    )
-    name = f"{prefix}_FROZEN_HOLDING_PERCENT"
-    return [source.at("frozen", "holding").number(name, frozen.holding_percent, derivation)]
 
 
 def _from_plant(protection: Protection, path: tuple[str, ...]) -> str:

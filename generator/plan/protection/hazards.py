@@ -274,14 +274,14 @@ def within(controller: Controller, rule: Rule) -> str:
 
 
 def _off_after(controller: Controller, name: str, rule: str) -> float:
-    """Upper bound of the time of `within`, s, in one loop, for a lasting condition."""
+    """Upper bound, s, of the time that `within` returns, for one loop and a lasting condition."""
     at_once = {
         "emergency_stop": TICK_S,
         "input_open": 2 * TICK_S,
         "watchdog_reset": MAIN_PERMIT_S + TICK_S,
         "sequence_broken": MAIN_PERMIT_S + TICK_S,
         "stack_overrun": 2 * TICK_S,
-        "pin_held": (PIN_HELD_TICKS + 1) * TICK_S + _asked_within_s(controller),
+        "pin_held": (PIN_HELD_TICKS + 1) * TICK_S + _pulsed_within_s(controller),
         "eeprom_worn": 2 * TICK_S,
         "adc_wrong": WRONG_TICKS * TICK_S + 2 * TICK_S,
         "ram_damaged": controller.board.ram_bytes * TICK_S,
@@ -292,23 +292,23 @@ def _off_after(controller: Controller, name: str, rule: str) -> float:
     loop = controller.loops[name]
     lasts_s = _lasting(loop)
     if rule in lasts_s:
-        ahead = 2 if rule == "sensor_frozen" else 1
-        return loop.periods_s(steps(lasts_s[rule], loop) + ahead) + TICK_S
+        further = 2 if rule == "sensor_frozen" else 1
+        return loop.periods_s(steps(lasts_s[rule], loop) + further) + TICK_S
     return _waits(controller, loop).get(rule, 0.0) + loop.periods_s(2) + TICK_S
 
 
-def _asked_within_s(controller: Controller) -> float:
+def _pulsed_within_s(controller: Controller) -> float:
     """Longest time until a pin was driven to the other level often enough for rule pin_held, s.
 
     Each window has a pulse and a pause; each lasts at least one step of the window.
     """
-    asked_s = [0.0]
+    found_s = [0.0]
     for name in facts_of(controller).read_back:
         output = controller.switches[name]
         if output.is_windowed:
             windows = math.ceil(PIN_HELD_TICKS * TICK_S / output.shortest_level_s)
-            asked_s.append(windows * output.cycle_s)
-    return max(asked_s)
+            found_s.append(windows * output.cycle_s)
+    return max(found_s)
 
 
 def _lasting(loop: Loop) -> dict[str, float]:

@@ -11,7 +11,7 @@ READINGS = tuple(
 
 
 def limit(spec: Spec, rule: str) -> str:
-    """The condition that trips `rule`: once if it is the same for all loops, or loop by loop."""
+    """Return the condition that trips `rule`; for each loop if the loops' conditions differ."""
     loops = spec.controller.loops
     anywhere = _limits_of_the_controller(spec)
     if rule in anywhere:
@@ -150,16 +150,16 @@ def _limits(spec: Spec, protection: Protection) -> dict[str, str]:
             f"a rise of {quantity(rising.rise_k, 'K')}, "
             f"from {quantity(rising.settle_s, 's')} after switching off"
         )
-    return limits | _of_people(spec, protection) | _of_second(protection)
+    return limits | _of_operation(spec, protection) | _of_comparison(protection)
 
 
-def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
+def _of_operation(spec: Spec, protection: Protection) -> dict[str, str]:
     """The conditions of the rules about the host or master, and about the time on."""
     limits = {}
     if protection.master_lost_after_s is not None:
         silence = quantity(protection.master_lost_after_s, "s")
-        asked = "request" if facts_of(spec.controller).gcode is None else "line from the host"
-        limits["master_lost"] = f"no {asked} for {silence} while the loop is on"
+        sign = "request" if facts_of(spec.controller).gcode is None else "line from the host"
+        limits["master_lost"] = f"no {sign} for {silence} while the loop is on"
     if protection.on_for_at_most_s is not None:
         limits["on_too_long"] = (
             f"on for {quantity(protection.on_for_at_most_s, 's')} without being switched off"
@@ -167,8 +167,8 @@ def _of_people(spec: Spec, protection: Protection) -> dict[str, str]:
     return limits
 
 
-def _of_second(protection: Protection) -> dict[str, str]:
-    """The conditions of the rules that compare the reading with a second sensor or the power."""
+def _of_comparison(protection: Protection) -> dict[str, str]:
+    """The conditions of the rules that compare the reading with a second sensor, or the power."""
     limits = {}
     if protection.agreement is not None:
         limits["sensors_disagree"] = (

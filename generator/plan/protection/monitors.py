@@ -10,7 +10,7 @@ from heatwright.spec import Loop, Monitor, facts_of
 
 MOST_TURN_STEPS = 128
 TURN_S = 2.0
-"""Shortest time for which a small display shows a warning, and its other text, in turn."""
+"""Shortest time, s, for which a display of two lines shows the warning before its other text."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ class UseOfSensor:
 
 
 def summed(source: Source, prefix: str, oversample: int, use: UseOfSensor) -> tuple[Constant, ...]:
-    """Return how many ADC codes a reading has, and how long to wait before the first."""
+    """Return constants: the ADC codes in a reading, and the ticks to wait before the first code."""
     spare = max(0, use.loop.period_ticks - oversample - 1)
     last = f"the last {oversample * TICK_MS} ms before the step"
     return (

@@ -2,7 +2,7 @@
 
 import math
 
-from heatwright.generator.plan.adc import AdcNames, channel_macro, scan
+from heatwright.generator.plan.adc import CODES, AdcNames, channel_macro, scan
 from heatwright.generator.plan.numbers import quantity
 from heatwright.generator.plan.parts import Call, Constant, File, Group, Part, Stage, Wiring, pair
 from heatwright.generator.plan.pins import label
@@ -11,8 +11,6 @@ from heatwright.generator.plan.source import Source
 from heatwright.spec import Controller, CurrentSensor
 from heatwright.spec.sensing.circuits import reference_v
 from heatwright.spec.sensing.currents import FILTER_PULSES
-
-CODES = 1024
 
 
 def plan(source: Source, name: str, sensor: CurrentSensor, use: UseOfSensor) -> Part:

@@ -109,18 +109,18 @@ def _constants(
         Constant(
             f"{prefix}_READ_TICKS",
             f"{math.ceil(REGISTERS / read_a_tick) + 1}u",
-            f"to read and check all {REGISTERS} registers, after the tick that selects it",
+            f"to read and check all {REGISTERS} registers, after the tick that selects the chip",
         ),
         Constant(
             f"{prefix}_FIRST_TICKS",
             f"{math.ceil(first_ms / TICK_MS)}u",
-            f"its first conversion takes at most {quantity(first_ms, 'ms')}",
+            f"the first conversion takes at most {quantity(first_ms, 'ms')}",
         ),
     )
 
 
 def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
-    """Return the type's code; if types can be chosen, the settings' constants have it instead."""
+    """Return the type's code; if types can be chosen, `types_of` returns it instead."""
     return Constant(
         f"{prefix}_TYPE",
         f"{TYPE_CODES.index(sensor.thermocouple)}u",
@@ -131,7 +131,7 @@ def _type(source: Source, prefix: str, sensor: Max31856) -> Constant:
 def types_of(root: Source, name: str) -> list[Constant]:
     """Return the codes of the types of thermocouple that a sensor may have."""
     sensor = root.controller.sensors[name]
-    assert isinstance(sensor, Max31856)  # noqa: S101 - no other has types
+    assert isinstance(sensor, Max31856)  # noqa: S101 - no other sensor has types
     source = root.at("sensors", name)
     codes = {TYPE_CODES.index(each) for each in (sensor.thermocouple, *sensor.selectable)}
     letters = " ".join(TYPE_CODES[code] for code in sorted(codes))

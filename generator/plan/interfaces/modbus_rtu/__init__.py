@@ -78,7 +78,7 @@ def _constants(
 ) -> Iterable[Constant]:
     timer, interval = silence
     yield source.baud("MODBUS_DIVISOR", interface.baud)
-    yield source.at("address").count("MODBUS_ADDRESS", interface.address, "of this slave")
+    yield source.at("address").count("MODBUS_ADDRESS", interface.address, "this slave")
     why = (
         f"{SILENT_CHARACTERS} characters of {interface.character_bits} bits"
         if interface.baud <= FASTEST_COUNTED_BAUD
@@ -91,13 +91,17 @@ def _constants(
         f"clock / {interval.prescaler}",
     )
     if interval.divider > 1:
-        yield Constant("MODBUS_SILENCE_MATCHES", f"{interval.divider}u", "times these counts")
-    yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "of the register map")
+        yield Constant("MODBUS_SILENCE_MATCHES", f"{interval.divider}u", "intervals per silence")
+    yield Constant("MODBUS_MAP_VERSION", f"{VERSION}u", "version of the register map")
 
 
 @dataclass(frozen=True, slots=True)
 class LineNames:
-    """The values for the templates of the line."""
+    """The values for the templates of the line.
+
+    divider -- matches of the timer in a silence; listening, speaking -- C that enables the receiver
+    with the transmitter, or the transmitter alone; driver -- the line has an RS-485 driver.
+    """
 
     where: str
     silence: str

@@ -135,21 +135,18 @@ def documents(source: Source, interface: ModbusRtu) -> Iterable[File]:
 
 def _row(register: Register) -> Row:
     last = register.address + register.words - 1
-    ends = [_end(register.minimum), _end(register.maximum)]
+    ends = register.minimum, register.maximum
+    least, most = ("" if end is None else number(end) for end in ends)
     unit = f" {register.unit}" if register.unit else ""
     return Row(
         register,
         addresses=f"{register.address}, {last}" if register.words > 1 else f"{register.address}",
         scale=f"{register.scale:g}",
         step="" if register.kind == "bit" else f"{register.scale:g}{unit}",
-        minimum=ends[0],
-        maximum=ends[1],
-        range=f"{ends[0]} .. {ends[1]}{unit}" if ends[0] else "",
+        minimum=least,
+        maximum=most,
+        range=f"{least} .. {most}{unit}" if least else "",
     )
-
-
-def _end(value: float | None) -> str:
-    return "" if value is None else number(value)
 
 
 def _client(source: Source, registers: RegisterMap) -> Client:

@@ -9,14 +9,13 @@ from heatwright.generator.plan.registers import (
     BLOCK,
     STATE_FAULT,
     STATE_VALID,
+    TABLES,
     Register,
     Table,
     register_map,
 )
 from heatwright.generator.plan.source import Source
 from heatwright.spec import facts_of
-
-TABLES: tuple[Table, ...] = ("coils", "discretes", "holdings", "inputs")
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +123,7 @@ def _row(register: Register, offset: int, of: str, half: str) -> Row:
 
 
 def _headers(source: Source) -> list[Header]:
-    """The headers of the variables in the map, each with a name for which it is included."""
+    """The headers of the variables in the map, each with the variable that it declares."""
     controller = source.controller
     headers = {"fault.h": "fault", "settings.h": "settings"}
     for name, facts in facts_of(controller).loops.items():

@@ -162,7 +162,7 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
 
 
 def _speeds(source: Source, interface: Nextion) -> list[Speed]:
-    """The divisors of all baud rates that the display may have, except the line's own."""
+    """The divisors of all baud rates that the display may have, except that of the spec."""
     clock_hz = source.controller.board.clock_hz
     others = {
         baud: baud_setting(clock_hz, baud)
@@ -186,7 +186,7 @@ def _fault_pages(source: Source) -> list[FaultPage]:
 
 
 def _headers(source: Source, interface: Nextion) -> list[Header]:
-    """The headers of the contents, with the names for which they are included."""
+    """The headers that the contents need, with the names for which they are included."""
     name, facts = interface.loop, facts_of(source.controller, interface.loop)
     found = {f"loop_{name}.h": f"loop_{name}", "settings.h": "settings"}
     if facts.response:
@@ -199,25 +199,25 @@ def _headers(source: Source, interface: Nextion) -> list[Header]:
 
 def _constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     yield source.baud("NEXTION_DIVISOR", interface.baud)
-    yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "the display is set to it")
+    yield Constant("NEXTION_BAUD", f"{interface.baud}ul", "set in the display")
     turn = f"{quantity(TURN_S * 1e3, 'ms')} at least between two instructions"
     yield Constant("NEXTION_TURN_TICKS", f"{ticks(TURN_S)}u", turn)
     beat = f"{quantity(BEAT_S, 's')}: a pixel of the chart of the last minutes"
     yield Constant("NEXTION_BEAT_TURNS", f"{ticks(BEAT_S) // ticks(TURN_S)}u", beat)
     yield _beats("REFRESH", REFRESH_S, "until everything is sent again")
     yield _beats("SEARCH", SEARCH_S, "without an answer, then other baud rates are tried")
-    yield from _of_orders(source, interface)
-    yield from _of_pages(display_pages(source.controller))
-    yield from _of_charts(source)
+    yield from _command_constants(source, interface)
+    yield from _page_constants(display_pages(source.controller))
+    yield from _chart_constants(source)
 
 
 def _beats(name: str, time_s: float, what: str) -> Constant:
-    """Make a constant of a time in beats."""
+    """Return a constant: the beats in a time."""
     beats = ticks(time_s) // ticks(BEAT_S)
     return Constant(f"NEXTION_{name}_BEATS", f"{beats}u", f"{quantity(time_s, 's')} {what}")
 
 
-def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
+def _command_constants(source: Source, interface: Nextion) -> Iterable[Constant]:
     controller = source.controller
     programs = controller.programs if facts_of(controller, interface.loop).programmed else None
     points = 0 if programs is None else programs.points
@@ -228,13 +228,13 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
     )
     if selectable_types(controller):
         yield Constant(
-            "NEXTION_LAST_TYPE", f"{len(TYPE_CODES) - 1}u", f"of the thermocouples {TYPE_CODES}"
+            "NEXTION_LAST_TYPE", f"{len(TYPE_CODES) - 1}u", f"types of thermocouple: {TYPE_CODES}"
         )
     if programs is None:
         return
     loop = controller.loops[interface.loop]
     yield Constant(
-        "NEXTION_MINUTES_PER_STEP", c_float(loop.period_s / 60), "of the program's clocks"
+        "NEXTION_MINUTES_PER_STEP", c_float(loop.period_s / 60), "for the program's clocks"
     )
     power_w = controller.outputs[loop.heater].power_w
     if power_w is not None:
@@ -252,19 +252,19 @@ def _of_orders(source: Source, interface: Nextion) -> Iterable[Constant]:
         yield Constant(f"NEXTION_{name}", f"{colour}", f"colour of {what}, 16 bits")
 
 
-def _of_pages(pages: tuple[Page, ...]) -> Iterable[Constant]:
+def _page_constants(pages: tuple[Page, ...]) -> Iterable[Constant]:
     numbers = {page.name: page.id for page in pages}
-    yield Constant("NEXTION_PAGES", f"{len(pages)}u", "numbered from 0 as in the editor")
+    yield Constant("NEXTION_PAGES", f"{len(pages)}u", "the editor numbers them from 0")
     first = min(
         page.id for page in pages if page.name.startswith("fault") and page.name[5:6] != "s"
     )
-    yield Constant("NEXTION_FIRST_FAULT_PAGE", f"{first}u", "one for each rule from here on")
+    yield Constant("NEXTION_FIRST_FAULT_PAGE", f"{first}u", "then one page for each rule")
     for name in ("main", "points", "debug", "faults"):
         if name in numbers:
             yield Constant(f"PAGE_{name.upper()}", f"{numbers[name]}u", f"page {name}")
 
 
-def _of_charts(source: Source) -> Iterable[Constant]:
+def _chart_constants(source: Source) -> Iterable[Constant]:
     pages = {page.name: page for page in display_pages(source.controller)}
     top_c = chart_top_c(source.controller)
     for constant, page in (("NEXTION_CHART_ID", "main"), ("NEXTION_RUNNING_ID", "debug")):

@@ -17,8 +17,8 @@ Value = int | str
 class Step:
     """How one component is made.
 
-    of -- the copied component with its page; none: a new component, or one of a copied page. set
-    -- values to type; code -- events whose code is replaced, or deleted if there are no lines.
+    of -- the component to copy, with its page; None: a new component, or one of a copied page;
+    set -- values to type; code -- events whose code is replaced, or deleted if there are no lines.
     """
 
     component: Component
@@ -70,7 +70,7 @@ def _shape(page: Page) -> list[tuple[str, str]]:
 def _copied(page: Page, like: Page) -> Making:
     """Return the changes to a copied page, whose components keep their places."""
     steps = (
-        Step(new, None, _differs(new, old), _code(new, old))
+        Step(new, None, _differs(new, old), code(new, old))
         for new, old in zip(page.components, like.components, strict=True)
     )
     return Making(page, like, tuple(each for each in steps if each.typed))
@@ -82,8 +82,8 @@ def _built(page: Page, earlier: list[Page]) -> Making:
         others = [(page, each.component) for each in steps]
         others += [(other, each) for other in earlier for each in other.components]
         able = [(other, old) for other, old in others if _can_be(new, old)]
-        ways = [Step(new, None, values(new), _code(new, None))]
-        ways += [Step(new, of, _differs(new, of[1], moved=True), _code(new, of[1])) for of in able]
+        ways = [Step(new, None, values(new), code(new, None))]
+        ways += [Step(new, of, _differs(new, of[1], moved=True), code(new, of[1])) for of in able]
         steps.append(min(ways, key=lambda way: way.typed))
     return Making(page, None, tuple(steps))
 
@@ -94,7 +94,7 @@ def _can_be(new: Component, old: Component) -> bool:
 
 
 def _differs(new: Component, old: Component, *, moved: bool = False) -> dict[str, Value]:
-    """List the differences. moved -- the editor gives the copy another place and name."""
+    """List the values that differ. moved -- the editor gives the copy another place and name."""
     had = values(old)
     again = {"objname", "x", "y"} if moved else set()
     return {
@@ -102,7 +102,8 @@ def _differs(new: Component, old: Component, *, moved: bool = False) -> dict[str
     }
 
 
-def _code(new: Component, old: Component | None) -> dict[str, tuple[str, ...]]:
+def code(new: Component, old: Component | None) -> dict[str, tuple[str, ...]]:
+    """Return the lines of code that differ from those of `old` (None: no code), by event."""
     found = {event: getattr(new, event) for event in EVENTS}
     had = {event: getattr(old, event) if old else () for event in EVENTS}
     return {event: lines for event, lines in found.items() if lines != had[event]}

@@ -4,12 +4,18 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from heatwright.generator.plan.interfaces.nextion.copies import Making, Step, makings, values
+from heatwright.generator.plan.interfaces.nextion.copies import (
+    Making,
+    Step,
+    code,
+    makings,
+    values,
+)
 from heatwright.generator.plan.parts import File
 from heatwright.generator.plan.source import Source
 from heatwright.generator.plan.text import markdown
 from heatwright.spec import Nextion
-from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Component, Page, display_pages
+from heatwright.spec.nextion import FONTS, HEIGHT, WIDTH, Page, display_pages
 
 KINDS = {
     "text": "Text",
@@ -54,15 +60,12 @@ def documents(source: Source, interface: Nextion) -> Iterable[File]:
 
 def _all(page: Page) -> int:
     """Count the values and events that would be typed without copies."""
-    return sum(
-        len(values(each)) + sum(map(bool, (each.press, each.release, each.timer)))
-        for each in page.components
-    )
+    return sum(len(values(each)) + len(code(each, None)) for each in page.components)
 
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """Lines to be typed at an event of a component, or of a page."""
+    """Lines to type at an event; of -- the component or page that has the event."""
 
     of: str
     event: str
@@ -160,10 +163,6 @@ def _step(step: Step, page: Page) -> Made:
     return Made(step.component.id, step.component.name, made, values_set)
 
 
-def _events(component: Component) -> dict[str, tuple[str, ...]]:
-    return {"press": component.press, "release": component.release, "timer": component.timer}
-
-
 def _data(page: Page) -> dict[str, object]:
     return {
         "id": page.id,
@@ -179,7 +178,7 @@ def _data(page: Page) -> dict[str, object]:
                 "scope": "global" if each.shared else "local",
                 "place": [each.x, each.y, each.w, each.h],
                 "attributes": dict(each.attributes),
-                **{event: lines for event, lines in _events(each).items() if lines},
+                **code(each, None),
             }
             for each in page.components
         ],
