@@ -1,4 +1,4 @@
-"""Algorithms: from the error of the temperature to the heater's duty.
+"""Algorithms: how the heater's duty follows from the error of the temperature.
 
 Other code uses these properties of a model, and never tests its kind:
 continuous -- its duty may be anything between 0 % and 100 %; has_integral -- it removes a steady
@@ -20,7 +20,7 @@ from heatwright.spec.units import DIFFERENCE, DURATION, PERCENT
 
 LEAST_RANGE_PERCENT = 1.0
 """Least distance between the minimum duty and a maximum duty that a command sets: if both were
-equal, an idle loop would ask for its maximum."""
+equal, the duty of an idle loop would be its maximum."""
 LARGEST_GAIN = 1e6
 """Maximum gain: far above any useful one; its products with temperatures fit single precision."""
 
@@ -282,7 +282,7 @@ class Pid(Model):
 
     @property
     def full_percent(self) -> float:
-        """Highest duty that the algorithm asks for, %."""
+        """Highest duty of the algorithm, %."""
         return self.output.maximum_percent
 
     @property

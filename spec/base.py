@@ -38,7 +38,7 @@ class Model(BaseModel):
 
 
 class Least(NamedTuple):
-    """Memory that a firmware needs at least: bytes of flash, and of RAM with the stack."""
+    """The least memory that a firmware needs: bytes of flash, and of RAM including the stack."""
 
     flash: int
     ram: int

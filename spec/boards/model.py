@@ -129,7 +129,7 @@ class Board(Layout, Chip):
 
     name: str
     pins: Mapping[str, Pin]
-    """Pins by each of their names: `D3` and `PD3` give the same Pin."""
+    """Pins by all of their names: `D3` and `PD3` give the same Pin."""
     uarts: tuple[Uart, ...]
 
     @property

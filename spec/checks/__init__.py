@@ -27,7 +27,7 @@ CHECKS: tuple[Check, ...] = tuple(
     dict.fromkeys(_checks())
 )  # each once: some modules import others' checks
 
-# Each of these checks uses the whole plant, so they run only if all its names are defined.
+# These checks use the whole plant, so they run only if all names in the plant are defined.
 SIMULATION_CHECKS: tuple[PlantCheck, ...] = (
     plant.plant_links,
     plant.plant_radiation,

@@ -1,4 +1,4 @@
-"""From the bytes of a file to text that is safe to parse and to show."""
+"""Decodes the bytes of a file to text that is safe to parse and to show."""
 
 import codecs
 import re

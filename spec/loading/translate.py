@@ -1,4 +1,4 @@
-"""From pydantic's errors to problems of the file: reason and remedy in the language's words."""
+"""Translates pydantic's errors to problems of the file, with reason and remedy."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, Literal, get_args, get_origin

@@ -1,4 +1,4 @@
-"""YAML text to plain data and the position of every key, in one pass over the parser's events."""
+"""Reads YAML to plain data and the position of every key, in one pass over the parser's events."""
 
 import re
 from typing import Any, TypeAlias
@@ -32,7 +32,7 @@ class Tree:
         self.data: Data = None
         # Line and column, from 1, of the key of each entry and of the start of each item.
         self.positions: dict[Path, Position] = {}
-        # The first error in the form of each entry: a key twice, no value, a tag …
+        # The first error in the form of each entry, such as a repeated key, no value or a tag.
         self.problems: dict[Path, Problem] = {}
 
     def position(self, path: Path) -> Position:

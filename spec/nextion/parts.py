@@ -103,7 +103,7 @@ class Sheet:
         *,
         bco: int = GROUND,
     ) -> None:
-        """Add a text that never changes; on a ground of its own colour it is centred."""
+        """Add a text that never changes; with a background of another colour it is centred."""
         own = {"pco": WHITE if font else DIM, "bco": bco, "xcen": int(bco != GROUND)}
         self.add("text", name, place, text_attributes(text, len(text), font) | own)
 

@@ -32,15 +32,15 @@ SPARE = 0.05
 """Margin of a limit, as a share: a machine at the corner of its tolerances swings around it."""
 
 SUN_K = 5.0
-"""How much warmer than a room in summer an unheated machine may read, K: sun, a sensor's error."""
+"""How far an unheated machine may read above a room in summer, K, by sun and a sensor's error."""
 
 LEAST_MOVE_K, LEAST_MOVE_STEPS, SIGMAS = 2.0, 3.0, 8.0
 """Changes of the reading below these, in K, steps of the sensor and standard deviations of its
 noise, are ignored: a steady reading may change as much."""
 
 TIMES, FILTERS, SHORTEST_S = 1.5, 0.5, 60.0
-"""For the rule's time: factor on the longest healthy time, which assumes ideal control; factor on
-the filter's time, for worse control; and the shortest time, s."""
+"""For a rule's time: a factor on the longest healthy time, which assumes ideal control; a factor
+on the filter's time, for worse control; and the shortest time, s."""
 
 SWINGS = 1.5
 """Swing of the temperature as a multiple of the algorithm's `swing_k`, because heat comes late."""

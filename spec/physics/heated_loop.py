@@ -149,7 +149,7 @@ class HeatedLoop:
 
     @property
     def _rest_s(self) -> float:
-        """Longest time for which the heater may have to stay off when it is asked for heat, s."""
+        """Longest time for which the heater may have to stay off while the loop needs heat, s."""
         return max(waits_s(self._heater), self._cooled_s)
 
     @cached_property
@@ -231,7 +231,7 @@ class HeatedLoop:
 
     @cached_property
     def starts(self) -> Sequence[Vector]:
-        """States in which a healthy machine may be when the loop asks for heat again.
+        """States in which a healthy machine may be when the loop begins to heat again.
 
         They are: the steady state at several temperatures; warming up at full power; and some time
         after the power failed at the highest temperature, when heater and sensor have cooled most.

@@ -1,4 +1,4 @@
-"""From an ADC's codes to temperatures: the firmware's table, and the exactness of its readings.
+"""Converts an ADC's codes to temperatures: the firmware's table, and how exact its readings are.
 
 A reading is the sum of `oversample` ten-bit codes. A code stands for the middle of its step, so a
 sum stands for the share (sum / oversample + 0.5) / 1024 of the reference. The firmware interpolates

@@ -65,7 +65,7 @@ def ready_can_last(controller: Controller) -> Findings:
 
 
 def autotune_has_a_use(controller: Controller) -> Findings:
-    """Find autotune that nobody could start, or of an algorithm that has no gains."""
+    """Find an autotune that nobody could start, or whose algorithm has no gains."""
     for name, loop in controller.loops.items():
         if loop.autotune is None:
             continue

@@ -208,10 +208,10 @@ def interrupts_are_short(controller: Controller) -> Findings:
 
 
 def buses_wait_for_each_other(controller: Controller) -> Findings:
-    """Count the 1-Wire buses: their slots come at the same times, and one waits for the others.
+    """Find 1-Wire buses beyond the possible number: their slots coincide, and wait for each other.
 
-    With four at 16 MHz the low of a written zero lasts for up to 107 µs, with five for 208 µs; a
-    DS18B20 accepts 120 µs.
+    With four buses at 16 MHz a written 0 keeps the line low for up to 107 µs, with five for 208 µs;
+    a DS18B20 accepts 120 µs.
     """
     buses = [name for name, each in controller.sensors.items() if each.on_one_wire]
     quick = controller.board.clock_hz >= QUICK_HZ

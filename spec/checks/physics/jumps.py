@@ -74,7 +74,7 @@ def _dose(machine: Machine, step_k: float) -> Iterator[tuple[float, float]]:
         on_s, power_w = min(share * output.full_share * output.cycle_s, on_s), machine.pulse_w
     plant, quick_s = machine.plant, machine.plant.fastest_s() / 4
     held_k = max(machine.loop.setpoint.minimum_c - machine.ambient_c, 0.0)
-    # Meanwhile the integral still asks for its power.
+    # During this time the integral still adds its power.
     held_w = plant.power_w(held_k) if algorithm.has_integral else 0.0
     warmed = plant.advance(plant.rest(held_k), held_w + power_w, on_s)
     for time_s, state in plant.course(warmed, held_w, quick_s, 64 * quick_s):

@@ -1,4 +1,4 @@
-"""Tolerances of analog chains: each belongs to an existing part; a voltage's is at most half."""
+"""Tolerances of analog chains: each belongs to a part; a voltage has a tolerance up to its half."""
 
 from collections.abc import Iterator
 from typing import Any
