@@ -231,7 +231,7 @@ def fault(root: Source, loops: list[LoopSummary]) -> Part:
     cooling = Constant(
         "FAULT_COOLING_ABOVE_C",
         c_float(FAULT_COOLING_ABOVE_C),
-        "while a fault is latched, the cooler runs above it: metal burns (ISO 13732-1)",
+        "with a fault the cooler runs above it: such metal burns skin in a minute (ISO 13732-1)",
     )
     cooled = any(loop.cooler for loop in loops)
     if cooled:

@@ -32,7 +32,7 @@
 
 /* ---- Faults ---- */
 
-/* while a fault is latched, the cooler runs above it: metal burns (ISO 13732-1) */
+/* with a fault the cooler runs above it: such metal burns skin in a minute (ISO 13732-1) */
 #define FAULT_COOLING_ABOVE_C 50.0f
 /* fabricator.yaml:39 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
