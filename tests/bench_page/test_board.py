@@ -33,18 +33,18 @@ def test_in_real_time_a_step_ends_that_is_no_whole_number_of_cycles(
 ) -> None:
     """A period of 250 ms has three steps: the board stood still at the end of the first."""
     board = board_of("feeder")
-    through, slices = board._through, list[float]()
+    through, slices = board._run_and_act, list[float]()
 
     def run(end_s: float) -> None:
         slices.append(end_s)
         assert len(slices) < 100
         through(end_s)
 
-    monkeypatch.setattr(board, "_through", run)
+    monkeypatch.setattr(board, "_run_and_act", run)
     from_s, step_s = board.world.now_s, board.world.step_s
     assert 0.1 < step_s * board.world.device.avr.clock_hz % 1 < 0.9
     for _ in range(6):
-        board.world.act_within(board._slowly)
+        board.world.act_within(board._run_in_slices)
     assert board.world.now_s == pytest.approx(from_s + 6 * step_s)
 
 
