@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega328p: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0xf580af0cUL
 
 /* ---- Clock of 10 ms ---- */
@@ -30,11 +30,11 @@
 
 /* ---- Faults ---- */
 
-/* chamber.yaml:33 safety.lockout.trips (default): then only a person acknowledges */
+/* chamber.yaml:33 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
 /* chamber.yaml:33 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
-/* chamber.yaml:33 safety.lockout.hold (default): 5 s, at most twice that */
+/* chamber.yaml:33 safety.lockout.hold (default): 5 s, and at most twice as long */
 #define LOCKOUT_HOLD_TICKS 500u
 
 /* ---- Self-checks ---- */
@@ -121,7 +121,7 @@
 #define LOOP_AIR_EFFORT_LOW_PER_K 0.8250825f
 /* chamber.yaml:25 loops.air.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_AIR_EFFORT_LOW_PERCENT -33.0033f
-/* chamber.yaml:25 loops.air.protection.effort (default): of a step in the mean of the power, over 571 s */
+/* chamber.yaml:25 loops.air.protection.effort (default): weight of a step in the mean of the power, over 571 s */
 #define LOOP_AIR_EFFORT_SHARE 0.0017486488f
 /* chamber.yaml:25 loops.air.protection.effort (default): a smaller change is ignored */
 #define LOOP_AIR_EFFORT_MOVE_K 2.0f
@@ -143,7 +143,7 @@
 
 /* chamber.yaml:38 interfaces[1].baud: 9600 baud, really 9615 */
 #define SERIAL_DIVISOR 207u
-/* of every field */
+/* decimals of every number */
 #define PLOTTER_DECIMALS 2u
 
 /* ---- Settings in EEPROM ---- */

@@ -22,9 +22,9 @@ static volatile uint16_t codes[ADC_CHANNELS];
 
 /* ADMUX and ADCSRB of each channel. */
 static const uint8_t MUX[ADC_CHANNELS][2] PROGMEM = {
-    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* 1.1 V of the chip's own */
+    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* the chip's internal 1.1 V */
     { REFERENCE | (1u << MUX2) | (1u << MUX0), (1u << MUX5) }, /* ADC13 */
-    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* 1.1 V of the chip's own */
+    { REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), 0 }, /* the chip's internal 1.1 V */
 };
 
 static inline void convert(uint8_t channel)

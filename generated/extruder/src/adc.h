@@ -7,9 +7,9 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
-    ADC_KNOWN, /* 1.1 V of the chip's own: extruder.yaml:49 safety.self_checks (default) */
+    ADC_KNOWN, /* the chip's internal 1.1 V: extruder.yaml:49 safety.self_checks (default) */
     ADC_SENSOR_NOZZLE, /* ADC13: extruder.yaml:12 sensors.nozzle.pin */
-    ADC_KNOWN_IS_NEXT, /* 1.1 V of the chip's own: extruder.yaml:49 safety.self_checks (default) */
+    ADC_KNOWN_IS_NEXT, /* the chip's internal 1.1 V: extruder.yaml:49 safety.self_checks (default) */
     ADC_CHANNELS
 };
 

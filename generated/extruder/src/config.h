@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega2560: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0x66257c47UL
 
 /* ---- Clock of 10 ms ---- */
@@ -30,7 +30,7 @@
 
 /* ---- Faults ---- */
 
-/* extruder.yaml:49 safety.lockout.trips (default): then only a person acknowledges */
+/* extruder.yaml:49 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
 /* extruder.yaml:49 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
@@ -45,9 +45,9 @@
 #define WATCHDOG_LEAST 120u
 /* extruder.yaml:49 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
-/* extruder.yaml:49 safety.self_checks (default): 1.1 V of the chip's own, 25 % less */
+/* extruder.yaml:49 safety.self_checks (default): the chip's internal 1.1 V, 25 % less */
 #define ADC_KNOWN_LOW 168u
-/* extruder.yaml:49 safety.self_checks (default): 1.1 V of the chip's own, 25 % more */
+/* extruder.yaml:49 safety.self_checks (default): the chip's internal 1.1 V, 25 % more */
 #define ADC_KNOWN_HIGH 282u
 /* extruder.yaml:49 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
@@ -175,7 +175,7 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.10204082f
 /* extruder.yaml:41 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -4.0816326f
-/* extruder.yaml:41 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 250 s */
+/* extruder.yaml:41 loops.nozzle.protection.effort (default): weight of a step in the mean of the power, over 250 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00039985604f
 /* extruder.yaml:41 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 5.4342513f

@@ -22,10 +22,10 @@ static volatile uint16_t codes[ADC_CHANNELS];
 
 /* ADMUX of each channel. */
 static const uint8_t MUX[ADC_CHANNELS] PROGMEM = {
-    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.22 V of the chip's own */
+    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* the chip's internal 1.22 V */
     REFERENCE, /* ADC0 */
     REFERENCE | (1u << MUX0), /* ADC1 */
-    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* 1.22 V of the chip's own */
+    REFERENCE | (1u << MUX4) | (1u << MUX3) | (1u << MUX2) | (1u << MUX1), /* the chip's internal 1.22 V */
 };
 
 static inline void convert(uint8_t channel)

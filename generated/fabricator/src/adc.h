@@ -7,10 +7,10 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
-    ADC_KNOWN, /* 1.22 V of the chip's own: fabricator.yaml:39 safety.self_checks (default) */
+    ADC_KNOWN, /* the chip's internal 1.22 V: fabricator.yaml:39 safety.self_checks (default) */
     ADC_SENSOR_NOZZLE, /* ADC0: fabricator.yaml:12 sensors.nozzle.pin */
     ADC_SENSOR_CURRENT, /* ADC1: fabricator.yaml:13 sensors.current.pin */
-    ADC_KNOWN_IS_NEXT, /* 1.22 V of the chip's own: fabricator.yaml:39 safety.self_checks (default) */
+    ADC_KNOWN_IS_NEXT, /* the chip's internal 1.22 V: fabricator.yaml:39 safety.self_checks (default) */
     ADC_CHANNELS
 };
 

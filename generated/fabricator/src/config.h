@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega32: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0xedbb158eUL
 
 /* ---- Clock of 10 ms ---- */
@@ -32,9 +32,9 @@
 
 /* ---- Faults ---- */
 
-/* with a fault the cooler runs above it: burns in a minute (ISO 13732-1) */
+/* while a fault is latched, the cooler runs above it: metal burns (ISO 13732-1) */
 #define FAULT_COOLING_ABOVE_C 50.0f
-/* fabricator.yaml:39 safety.lockout.trips (default): then only a person acknowledges */
+/* fabricator.yaml:39 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
 /* fabricator.yaml:39 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
@@ -49,9 +49,9 @@
 #define WATCHDOG_LEAST 120u
 /* fabricator.yaml:39 safety.self_checks (default): 24 ms */
 #define WATCHDOG_MOST 240u
-/* fabricator.yaml:39 safety.self_checks (default): 1.22 V of the chip's own, 25 % less */
+/* fabricator.yaml:39 safety.self_checks (default): the chip's internal 1.22 V, 25 % less */
 #define ADC_KNOWN_LOW 187u
-/* fabricator.yaml:39 safety.self_checks (default): 1.22 V of the chip's own, 25 % more */
+/* fabricator.yaml:39 safety.self_checks (default): the chip's internal 1.22 V, 25 % more */
 #define ADC_KNOWN_HIGH 313u
 /* fabricator.yaml:39 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
@@ -164,7 +164,7 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.097713426f
 /* fabricator.yaml:30 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -3.9085371f
-/* fabricator.yaml:30 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 220 s */
+/* fabricator.yaml:30 loops.nozzle.protection.effort (default): weight of a step in the mean of the power, over 220 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.00090654846f
 /* fabricator.yaml:30 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 6.7601275f
@@ -177,7 +177,7 @@
 #define CURRENT_HEATER_LIMIT_A 1.7839535f
 /* fabricator.yaml:17 outputs.heater.current.limit: initial limit, and its rise per step */
 #define CURRENT_HEATER_RAMP_PERCENT 25.0f
-/* fabricator.yaml:17 outputs.heater.current.limit: the least limit */
+/* fabricator.yaml:17 outputs.heater.current.limit: the lowest limit of the duty */
 #define CURRENT_HEATER_LEAST_PERCENT 0.1f
 /* fabricator.yaml:17 outputs.heater.current.trip (default): 3.75 A rms x 25.57 V / 43 V: its mean at full duty */
 #define CURRENT_HEATER_TRIP_A 2.2299418f
@@ -192,11 +192,11 @@
 
 /* fabricator.yaml:45 interfaces[0].baud: 19200 baud, really 19231 */
 #define MODBUS_DIVISOR 103u
-/* fabricator.yaml:45 interfaces[0].address: of this slave */
+/* fabricator.yaml:45 interfaces[0].address: this slave */
 #define MODBUS_ADDRESS 1u
 /* fabricator.yaml:45 interfaces[0].baud: 2.00521 ms, 3.5 characters of 11 bits; timer 0, clock / 256 */
 #define MODBUS_SILENCE_COUNTS 126u
-/* of the register map */
+/* version of the register map */
 #define MODBUS_MAP_VERSION 1u
 
 /* ---- Indicators ---- */

@@ -7,9 +7,9 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 enum {
-    ADC_KNOWN, /* 1.1 V of the chip's own: feeder.yaml:43 safety.self_checks (default) */
+    ADC_KNOWN, /* the chip's internal 1.1 V: feeder.yaml:43 safety.self_checks (default) */
     ADC_SENSOR_NOZZLE, /* ADC0: feeder.yaml:12 sensors.nozzle.pin */
-    ADC_KNOWN_IS_NEXT, /* 1.1 V of the chip's own: feeder.yaml:43 safety.self_checks (default) */
+    ADC_KNOWN_IS_NEXT, /* the chip's internal 1.1 V: feeder.yaml:43 safety.self_checks (default) */
     ADC_CHANNELS
 };
 

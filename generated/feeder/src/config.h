@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega328p: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0x9dc589f2UL
 
 /* ---- Clock of 10 ms ---- */
@@ -32,7 +32,7 @@
 
 /* ---- Faults ---- */
 
-/* feeder.yaml:43 safety.lockout.trips (default): then only a person acknowledges */
+/* feeder.yaml:43 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
 /* feeder.yaml:43 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
@@ -43,9 +43,9 @@
 
 /* feeder.yaml:43 safety.self_checks (default): 200 bytes per second */
 #define FLASH_BYTES_A_TICK 2u
-/* feeder.yaml:43 safety.self_checks (default): 1.1 V of the chip's own, 25 % less */
+/* feeder.yaml:43 safety.self_checks (default): the chip's internal 1.1 V, 25 % less */
 #define ADC_KNOWN_LOW 256u
-/* feeder.yaml:43 safety.self_checks (default): 1.1 V of the chip's own, 25 % more */
+/* feeder.yaml:43 safety.self_checks (default): the chip's internal 1.1 V, 25 % more */
 #define ADC_KNOWN_HIGH 427u
 /* feeder.yaml:43 safety.self_checks (default): 1 s */
 #define ADC_WRONG_TICKS 100u
@@ -183,7 +183,7 @@
 #define LOOP_NOZZLE_EFFORT_LOW_PER_K 0.13636364f
 /* feeder.yaml:35 loops.nozzle.protection.effort.low (default): the same at 0 degC, % */
 #define LOOP_NOZZLE_EFFORT_LOW_PERCENT -5.4545455f
-/* feeder.yaml:35 loops.nozzle.protection.effort (default): of a step in the mean of the power, over 223 s */
+/* feeder.yaml:35 loops.nozzle.protection.effort (default): weight of a step in the mean of the power, over 223 s */
 #define LOOP_NOZZLE_EFFORT_SHARE 0.0011198209f
 /* feeder.yaml:35 loops.nozzle.protection.effort (default): a smaller change is ignored */
 #define LOOP_NOZZLE_EFFORT_MOVE_K 2.0f

@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega2560: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0xcaeff4f9UL
 
 /* ---- Clock of 10 ms ---- */
@@ -30,7 +30,7 @@
 
 /* ---- Faults ---- */
 
-/* kiln.yaml:67 safety.lockout.trips (default): then only a person acknowledges */
+/* kiln.yaml:67 safety.lockout.trips (default): after them only a person can acknowledge */
 #define LOCKOUT_TRIPS 3u
 /* kiln.yaml:67 safety.lockout.within (default): older trips are not counted */
 #define LOCKOUT_WITHIN_S 1800u
@@ -78,9 +78,9 @@
 #define SENSOR_CHAMBER_AVERAGING 0x10u
 /* registers, in less than 100 us; those of the temperature in one tick */
 #define SENSOR_CHAMBER_READ_A_TICK 4u
-/* to read and check all 16 registers, after the tick that selects it */
+/* to read and check all 16 registers, after the tick that selects the chip */
 #define SENSOR_CHAMBER_READ_TICKS 5u
-/* its first conversion takes at most 225 ms */
+/* the first conversion takes at most 225 ms */
 #define SENSOR_CHAMBER_FIRST_TICKS 23u
 
 /* ---- Loop chamber ---- */
@@ -159,7 +159,7 @@
 #define LOOP_CHAMBER_OFF_RISE_K 10.0f
 /* kiln.yaml:41 loops.chamber.protection.rising_while_off.settle (default): 120 s in periods of 1 s, derived from the plant: as usual */
 #define LOOP_CHAMBER_OFF_SETTLE_STEPS 120u
-/* kiln.yaml:41 loops.chamber.protection.effort (default): of a step in the mean of the power, over 1320 s */
+/* kiln.yaml:41 loops.chamber.protection.effort (default): weight of a step in the mean of the power, over 1320 s */
 #define LOOP_CHAMBER_EFFORT_SHARE 0.00075474253f
 /* kiln.yaml:41 loops.chamber.protection.effort (default): a smaller change is ignored */
 #define LOOP_CHAMBER_EFFORT_MOVE_K 2.0f
@@ -170,7 +170,7 @@
 
 /* kiln.yaml:73 interfaces[0].baud: 115200 baud, really 117647 */
 #define NEXTION_DIVISOR 16u
-/* the display is set to it */
+/* set in the display */
 #define NEXTION_BAUD 115200ul
 /* 20 ms at least between two instructions */
 #define NEXTION_TURN_TICKS 2u
@@ -182,9 +182,9 @@
 #define NEXTION_SEARCH_BEATS 3u
 /* the longest command: 10 segments of 23 characters */
 #define NEXTION_ORDER_SIZE 262u
-/* of the thermocouples BEJKNRST */
+/* types of thermocouple: BEJKNRST */
 #define NEXTION_LAST_TYPE 7u
-/* of the program's clocks */
+/* for the program's clocks */
 #define NEXTION_MINUTES_PER_STEP 0.016666668f
 /* kiln.yaml:23 outputs.element.power: 484 W x 1 s / 1000, in 0.01 kWh */
 #define NEXTION_HUNDREDTHS_OF_KWH 0.000013444444f
@@ -194,9 +194,9 @@
 #define NEXTION_MARKED 64800
 /* colour of the running segment, 16 bits */
 #define NEXTION_RUNNING 7177
-/* numbered from 0 as in the editor */
+/* the editor numbers them from 0 */
 #define NEXTION_PAGES 42u
-/* one for each rule from here on */
+/* then one page for each rule */
 #define NEXTION_FIRST_FAULT_PAGE 11u
 /* page main */
 #define PAGE_MAIN 0u
