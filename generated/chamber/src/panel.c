@@ -20,7 +20,7 @@
 
 enum { LINE_SIZE = LCD_COLUMNS + TEXT_SIZE };
 
-/* The words for each rule, for line 2. */
+/* The text of each rule, for line 2 of the display. */
 enum { RULES_TOLD = 25 };
 static const uint8_t RULES[RULES_TOLD] PROGMEM = {
     FAULT_SENSOR_NO_ANSWER,

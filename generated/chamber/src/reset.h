@@ -9,7 +9,7 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* Is RESET_HANG_MARK after the main loop's permit expired, or an interrupt not in use came. */
+/* Has the value RESET_HANG_MARK after the main loop's permit expired, or an unused interrupt came. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 

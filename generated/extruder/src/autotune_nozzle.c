@@ -22,7 +22,7 @@ static const float BELOW_HOLD_PERCENT = 12.0f; /* integral's minimum: the holdin
 static const float PER_HOLD = 1.5f;            /* integral's maximum: the holding duty times this */
 static const float LEAST_RATIO = 10.0f;        /* integral time / time constant of the closed loop */
 static const float MOST_RATIO = 40.0f;
-static const float LEAST_LACK_PERCENT = 0.01f;
+static const float LEAST_LACK_PERCENT = 0.01f; /* a smaller lack gives the largest ratio */
 static const float LEAST_RISE_K_PER_S = 1.0e-6f; /* smallest slope of a useful result */
 
 struct autotune_nozzle_state autotune_nozzle;
@@ -85,7 +85,8 @@ static float integral_ratio(float gain)
     return lack > LEAST_LACK_PERCENT ? limit(way / lack, LEAST_RATIO, MOST_RATIO) : MOST_RATIO;
 }
 
-/* Skogestad's rule for an integrator with a lag; `both`: rise + fall; `late`: lag + dead time. */
+/* Computes the gains by Skogestad's rule for an integrator with a lag. `both` is rise + fall, K/s;
+ * `late` is lag + dead time, s. */
 static void find_gains(float both, float late)
 {
     float quick = 0.35f * late; /* time constant of the closed loop, s */
@@ -138,7 +139,7 @@ static void judge(void)
     /* Lag + dead time, s; at most the harmonic mean of `on` and `off`. */
     const float late = limit(rise * on - swing, 0.0f, 2.0f * rise * on) / both;
     const float share = 3.0f / (4.0f + 6.0f * on / off); /* overshoot by a lag, divided by rise x lag */
-    const float carried = rise * (1.0f - share); /* overshoot per second of dead time - per second of lag */
+    const float carried = rise * (1.0f - share); /* overshoot per second of dead time, minus that per second of lag */
     const float lag = late - limit(peak - share * rise * late, 0.0f, carried * late) / carried;
     autotune_nozzle.lag_s = lag < 0.0f ? 0.0f : lag; /* rounding can make it negative */
     autotune_nozzle.dead_s = late - autotune_nozzle.lag_s;
@@ -185,8 +186,8 @@ static void watch_top(void)
     }
 }
 
-/* Until the first overshoot is over: measures the slope at full heat, and chooses the hysteresis.
- * `middle_c` is the mean of the last two readings. */
+/* Makes a step before the relay's first cycle: measures the slope at full heat, and chooses the
+ * hysteresis. `middle_c` is the mean of the last two readings. */
 static void heat_up(float t, float target_c, float middle_c)
 {
     switch (autotune_nozzle.phase) {

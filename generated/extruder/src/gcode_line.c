@@ -24,9 +24,9 @@ int32_t line_last;
 static uint8_t length;
 static bool too_long;
 static bool damaged;
-static uint8_t sum;         /* of all bytes so far */
+static uint8_t sum;         /* XOR of all bytes so far */
 static uint8_t star;        /* place of the last star, WORDS_SIZE if behind the longest line, or NO_STAR */
-static uint8_t sum_at_star; /* of the bytes before it */
+static uint8_t sum_at_star; /* XOR of the bytes before that star */
 static int32_t claimed_sum; /* the checksum behind the star, as the host sent it; -1: none */
 static bool behind_claim;
 
@@ -198,7 +198,7 @@ static uint8_t judge(void)
     return first == 'N' || first == 'n' ? judge_numbered((uint8_t)(start + 1u)) : judge_plain(start);
 }
 
-/* True if the word at `from`, not the first of the line, is its last and has this number. */
+/* True if the word at `from` is not the first of the line, but its last, and has the wanted number. */
 static bool ends_with(uint8_t from, uint8_t behind, int32_t number, int32_t wanted)
 {
     return words_at((uint8_t)(from - 1u)) == ' ' && words_at(behind) == '\0' && number == wanted;

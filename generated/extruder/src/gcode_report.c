@@ -37,7 +37,7 @@ static uint8_t first; /* the report that is being sent */
 static uint8_t count;
 static uint8_t step; /* the next piece of that report */
 
-static bool waits;   /* for room in the transmit ring: the piece is said again in the next tick */
+static bool waits;   /* the piece waits for room in the transmit ring, until a later tick */
 
 /* The text of each rule's fault. */
 enum { RULES_TOLD = 32 };
@@ -419,7 +419,7 @@ static bool gains(void)
     }
 }
 
-/* Bias and amplitude of the relay, in duty of 0 to 127, as hosts expect: it is fully on or off. */
+/* Reports a swing. Hosts expect bias and amplitude of the relay in 0 to 127: it is fully on or off. */
 static bool cycle(void)
 {
     switch (step) {
@@ -493,7 +493,7 @@ static bool plain(const char *in_flash)
     return step == 0 && say(in_flash);
 }
 
-/* Sets piece `step` of the report that is being sent; false after the last piece. */
+/* Sends piece `step` of the report that is being sent; false after the last piece. */
 static bool piece(void)
 {
     switch (queue[first]) {

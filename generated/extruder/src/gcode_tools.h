@@ -33,7 +33,8 @@ bool tool_set_manual(uint8_t tool, float percent);
  * integral's limits, and 'Y', the output's maximum. */
 float *tool_gain(uint8_t tool, char gain);
 
-/* True if a host may change the tool's limits of integral and output; if to these values, %. */
+/* `has_limits`: true if a host may change the tool's limits of integral and output. `may_limit`: true
+ * if it may change them to these values, %. */
 bool tool_has_limits(uint8_t tool);
 bool tool_may_limit(uint8_t tool, float integral_minimum, float integral_maximum, float output_maximum);
 

@@ -47,7 +47,7 @@ static void note_command(void)
     }
 }
 
-/* The place behind `byte`, which begins a line or comes after the line's number (N12). */
+/* Returns the place behind `byte`, which begins a line or follows the line's number (N12). */
 static uint8_t place_of_word(char byte, uint8_t if_blank, uint8_t if_number)
 {
     switch (byte) {

@@ -19,8 +19,8 @@
 struct output_heater_state output_heater;
 
 static uint16_t period_start; /* count of the timer at the period's start */
-static uint16_t pulse_counts; /* of the present period */
-static uint16_t next_counts;  /* of the next period */
+static uint16_t pulse_counts; /* length of the pulse in the present period */
+static uint16_t next_counts;  /* length of the pulse in the next period */
 
 enum { MOST_LOOKS = 4 }; /* maximum number of tries; a late interrupt needs a second one */
 

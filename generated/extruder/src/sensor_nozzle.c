@@ -11,7 +11,7 @@
 
 static uint16_t ticks_left;
 static uint8_t codes_taken;
-static uint8_t status; /* of the codes so far: one code out of range makes the reading invalid */
+static uint8_t status; /* READING_OK, or the rule that a code so far breaks: then the reading is invalid */
 static uint16_t sum;
 
 void sensor_nozzle_begin(void)

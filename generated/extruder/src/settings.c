@@ -27,7 +27,7 @@ struct kept {
 
 struct record {
     uint16_t crc; /* of all members behind it */
-    uint8_t size; /* of itself and all members behind it */
+    uint8_t size; /* bytes from this member to the last one */
     uint32_t digest;
     uint16_t sequence;
     struct fault_state fault;
@@ -51,9 +51,9 @@ const uint32_t spec_digest PROGMEM = SPEC_DIGEST;
 
 struct settings settings;
 
-/* Copy of the newest record in the EEPROM; while a record is written: that record. */
+/* Copy of the newest record in the EEPROM, or of the record that is being written. */
 static struct record record = { .size = OWN_SIZE, .digest = SPEC_DIGEST };
-static uint8_t slot; /* where it is in the EEPROM */
+static uint8_t slot; /* slot of the EEPROM that has this record */
 static uint8_t next_byte = sizeof record; /* index of the next byte to write; sizeof record: all are written */
 static uint8_t saves_wanted; /* records still to be begun; a fault is written into two */
 static struct kept kept; /* gains and limits for the next record */

@@ -29,8 +29,8 @@ volatile uint16_t checks_stack_guard __attribute__((section(".noinit")));
 
 static uint8_t ticks_without_gate;
 
-/* Reads the EEPROM cell that was last written or read again, and compares: its address and its data
- * are still in the EEPROM's registers. */
+/* Reads the EEPROM cell that was written or read last once more, and compares: its address and its
+ * data are still in the EEPROM's registers. */
 static bool eeprom_has_kept_it(void)
 {
     if (!eeprom_is_ready()) {

@@ -13,7 +13,7 @@
 #error "This firmware was generated for the atmega32: choose that board."
 #endif
 
-/* Part of the firmware: it shows simulator and operator from which spec the firmware comes. */
+/* The firmware contains this digest: simulator and operator see from which spec it comes. */
 #define SPEC_DIGEST 0xedbb158eUL
 
 /* ---- Clock of 10 ms ---- */

@@ -20,7 +20,7 @@ enum { REQUEST_SIZE = 5 };
 
 static const char vendor[] PROGMEM = "heatwright";
 static const char code[] PROGMEM = "fabricator";
-static const char revision[] PROGMEM = "1 edbb158e"; /* of the register map; then the digest of the spec */
+static const char revision[] PROGMEM = "1 edbb158e"; /* version of the register map, then digest of the spec */
 static const char product[] PROGMEM = "Extruder of a multifunctional fabricator";
 
 static const struct object {

@@ -23,7 +23,7 @@ struct modbus_counters modbus_counters;
 
 static volatile uint8_t phase;
 static uint16_t received; /* bytes of the frame so far */
-static uint16_t crc;      /* of these bytes; 0 if they end with the right CRC */
+static uint16_t crc;      /* CRC of these bytes; 0 if they end with the right CRC */
 static bool damaged;
 static bool overrun;
 static uint8_t answer_size;
@@ -107,7 +107,7 @@ ISR(USART_TXC_vect)
     UCSRB = (1u << TXEN) | (1u << TXCIE) | (1u << RXEN) | (1u << RXCIE);
 }
 
-/* True if no byte of an answer was sent for some ticks, or if the phase is none: a flipped bit. */
+/* True after a flipped bit: no byte of an answer was sent for some ticks, or the phase is invalid. */
 static bool is_stalled(void)
 {
     static uint8_t sent_before;

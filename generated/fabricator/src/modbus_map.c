@@ -22,7 +22,7 @@ static struct {
 } seen;
 
 static uint8_t coils; /* the controller's coils, as last written */
-static uint8_t rested; /* mask of the coils that were last written 0 since the reset */
+static uint8_t rested; /* mask of the coils to which 0 was written last, since the reset */
 
 const struct map_entry map_coils[MAP_COILS] PROGMEM = {
     { 0, 0x01, { .place = &coils } }, /* acknowledge */

@@ -27,8 +27,8 @@ typedef uint8_t page_count;
 #define BEHIND_SEAL (ADDRESS(flash_seal) + sizeof flash_seal)
 #define ROUND_TICKS (ADDRESS(__data_load_end) / FLASH_BYTES_A_TICK + 1u)
 
-static flash_address place; /* of the next byte */
-static uint16_t crc;        /* of the round's bytes before `place` */
+static flash_address place; /* address of the next byte */
+static uint16_t crc;        /* CRC of the round's bytes before `place` */
 /* Two independent signs of damage, since one flipped bit cannot hide both: `residue` is 0 only
  * after a good round; `ticks_left` counts down to 0 unless a good round sets it again. Volatile:
  * the compiler must not add or move writes to them. */

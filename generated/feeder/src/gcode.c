@@ -27,7 +27,7 @@ static const float FULL_FAN = 255.0f;
 static const float FAN_PERCENT = 100.0f / 255.0f;
 
 static uint8_t fault_said = FAULT_NONE;
-static uint16_t report_every_ticks; /* 0: only on M105 */
+static uint16_t report_every_ticks; /* 0: report temperatures only on M105 */
 static uint16_t ticks_to_report;
 static bool was_heard; /* a line or key came since the reset: before, no host can be lost */
 static uint16_t silent_ticks;
@@ -83,7 +83,7 @@ static bool set_target(float target_c)
     return true;
 }
 
-/* D: manual mode, with this duty or the present one. */
+/* Starts manual mode, with the duty of parameter D or with the present duty. */
 static void heat_by_hand(void)
 {
     float percent = tool_duty_percent(report_tool);
@@ -97,7 +97,7 @@ static void heat_by_hand(void)
     }
 }
 
-/* S: the setpoint; D: a manual duty. */
+/* Sets the setpoint to parameter S, or the manual duty to parameter D. */
 static void set_temperature(void)
 {
     float target_c;
@@ -111,7 +111,8 @@ static void set_temperature(void)
     }
 }
 
-/* S: the setpoint, and wait until the tool is warm enough; R: wait also until it is cool enough. */
+/* Sets the setpoint to parameter S, and waits until the tool is warm enough; with parameter R, also
+ * until it is cool enough. */
 static bool set_temperature_and_wait(void)
 {
     float target_c;
@@ -218,7 +219,7 @@ static void set_gains(void)
     report_add(REPORT_GAINS);
 }
 
-/* H of M303: 0 is the bed, then the tools follow, as RepRapFirmware numbers heaters. */
+/* Reads parameter H of M303: 0 is the bed, then the tools follow, as in RepRapFirmware. */
 static bool take_heater(void)
 {
     uint8_t heater;
@@ -236,7 +237,7 @@ static bool take_heater(void)
     return true;
 }
 
-/* Finds the heater of M303: H, or T or E, where -1 is a bed and -2 a chamber. */
+/* Finds the heater of M303 by parameter H, or by T or E, where -1 is a bed and -2 a chamber. */
 static bool take_tuned(void)
 {
     float named = 0.0f;
@@ -252,7 +253,7 @@ static bool take_tuned(void)
     return take_tool();
 }
 
-/* M303: tune; the "ok" comes when the tuning has ended. */
+/* Executes M303; the "ok" comes when the tuning has ended. */
 static bool tune(void)
 {
     float target_c;

@@ -79,7 +79,7 @@ void wait_count(void)
     }
 }
 
-/* True if the wait is over; a key or an acknowledged fault may also have changed the setpoint. */
+/* True if the wait is over; it also ends if a key or an acknowledged fault changed the setpoint. */
 static bool is_over(void)
 {
     switch (waiting) {

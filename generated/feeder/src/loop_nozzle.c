@@ -114,8 +114,8 @@ static struct reading convert_reading(void)
     return now;
 }
 
-/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule counts beside the
- * latch: one damaged instruction does not separate the rules from the heater. */
+/* Sets the duty: 0 with a latched fault, and 0 without a reading. A broken rule also switches off
+ * without the latch: one damaged instruction cannot separate the rules from the heater. */
 static void decide(const struct reading now, uint8_t verdict)
 {
     if (fault.code != FAULT_NONE || verdict != GUARD_JUDGED) {

@@ -24,7 +24,7 @@ void output_feed_stop(void);
 /* Stop at once, cancel the rest of the move, and switch the motor's current off. */
 void output_feed_disable(void);
 
-/* The same, called by the gate's interrupt while a fault is latched or the main loop hangs. */
+/* The same as `disable`, for the gate's interrupt while a fault is latched or the main loop hangs. */
 void output_feed_halt(void);
 
 /* Once per tick, from the main loop: set the speed for the next 10 ms. */

@@ -193,7 +193,7 @@ static uint8_t effort(void)
 /* Returns the first rule that is broken, or FAULT_NONE. */
 static uint8_t judge(float change_k, uint16_t gap)
 {
-    /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable; negated, so that a NaN as maximum trips. */
+    /* kiln.yaml:43 loops.chamber.protection.maximum_adjustable; negated, so that NaN as the maximum trips. */
     if (!(loop_chamber.reading_c < guard_chamber.maximum_c) || loop_chamber.reading_c >= LOOP_CHAMBER_MAXIMUM_C) {
         return FAULT_OVER_TEMPERATURE;
     }

@@ -25,7 +25,7 @@ char frame_peek(void);
 /* Skip the character that frame_peek() returns. */
 void frame_skip(void);
 
-/* Skip it if it is this one; returns true if it was. */
+/* Skip the next character if it is this one; true if it was skipped. */
 bool frame_skip_if(char character);
 
 #endif

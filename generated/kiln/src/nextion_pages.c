@@ -98,8 +98,8 @@ void pages_note(uint8_t page)
     pages_shown = page;
     chart_show(page);
     show_anew();
-    /* The page is shown, or the operator has changed to another one meanwhile. The operator cannot
-     * open the page of a fault: that one is late, from an earlier instruction. */
+    /* The wanted page is shown, or the operator has changed to another one meanwhile. The operator
+     * cannot open a fault's page: if one is shown, it comes from an earlier instruction. */
     if (page == wanted || (!is_of_fault(wanted) && !is_of_fault(page))) {
         wanted = NO_PAGE;
     }

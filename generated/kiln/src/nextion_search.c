@@ -74,7 +74,7 @@ bool search_turn(void)
     }
     if (next >= SPEEDS) {
         nextion_port_set_registers(NEXTION_DIVISOR);
-        say_end(); /* ends the noise for a display with this baud rate */
+        say_end(); /* ends the noise that a display with this baud rate has received */
         next = IDLE;
     } else {
         order_speed(pgm_read_word(&DIVISORS[next]));

@@ -326,7 +326,7 @@ static uint8_t size;  /* number of its components */
 static uint8_t next;  /* next component to check; size: none */
 static uint16_t seen_step;
 
-static const char TYPES[] PROGMEM = "BEJKNRST"; /* of thermocouples, in the order of their codes */
+static const char TYPES[] PROGMEM = "BEJKNRST"; /* types of thermocouple, in the order of their codes */
 
 static char type_letter(uint8_t code)
 {
@@ -550,7 +550,7 @@ static int32_t number_of(uint8_t shows, uint8_t row)
 
 static void say_word(uint8_t word)
 {
-    /* Damaged memory may contain a code that no rule has: it gets the words of "no fault". */
+    /* Damaged memory may contain a code that no rule has: then the words of "no fault" are sent. */
     say_stored(WORDS[word < WORDS_IN_ALL ? word : WORD_OF_FAULTS], WORD_SIZE);
 }
 

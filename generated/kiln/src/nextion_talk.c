@@ -31,7 +31,7 @@ enum { SET_UP_DONE, SET_UP_PAGE, SET_UP_ALL };
 static uint8_t set_up = SET_UP_ALL;
 static uint8_t turns_to_beat = NEXTION_BEAT_TURNS;
 static uint8_t beats_to_refresh = NEXTION_REFRESH_BEATS;
-static bool all_is_said; /* until a beat, a control step or a byte from the display */
+static bool all_is_said; /* nothing is due until a beat, a control step or a byte from the display */
 static uint16_t seen_step;
 static bool chart_first;
 static bool is_heard;                                  /* the display has answered since it was last asked for its page */
@@ -89,10 +89,10 @@ static bool say_set_up(void)
 {
     switch (set_up) {
     case SET_UP_ALL:
-        say_words(PSTR("bkcmd=0")); /* tell the display not to answer instructions */
+        say_words(PSTR("bkcmd=0")); /* the display must not answer instructions */
         break;
     case SET_UP_PAGE:
-        say_words(PSTR("sendme")); /* ask for the page that is shown */
+        say_words(PSTR("sendme")); /* the display answers with the page that it shows */
         break;
     default:
         return false;

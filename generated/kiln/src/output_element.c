@@ -8,7 +8,7 @@
 #include "pins.h"   /* pin_output_element_* */
 
 struct output_element_state output_element;
-static uint16_t on_ticks;    /* of the present window */
+static uint16_t on_ticks;    /* ticks in the present window that are on */
 static uint16_t window_tick; /* position in the present window */
 static bool running;         /* the first duty has been set */
 

@@ -14,7 +14,7 @@
 struct program_state program;
 
 static struct stored_program loaded;
-static uint8_t next_order; /* for the next step */
+static uint8_t next_order; /* the command that the next step executes */
 static uint8_t next_argument;
 static uint32_t unsaved_steps;
 static uint8_t seal; /* checksum of `program` and `loaded`, updated with each change */
@@ -30,7 +30,7 @@ static uint8_t sum_of(const void *data, uint8_t size)
     return sum;
 }
 
-/* The checksum of what moves the setpoint: a flipped bit changes it. */
+/* The checksum of all data that move the setpoint: a flipped bit changes it. */
 static uint8_t sum_of_program(void)
 {
     return (uint8_t)(sum_of(&program, sizeof program) + sum_of(&loaded, sizeof loaded));
@@ -52,7 +52,7 @@ static void end(uint8_t reason)
     save();
 }
 
-/* One flipped bit makes none of these codes of another one. */
+/* No single flipped bit changes one of these codes into another one. */
 static bool is_order(uint8_t code)
 {
     return code == PROGRAM_NO_ORDER || code == PROGRAM_STOP || code == PROGRAM_PAUSE || code == PROGRAM_START

@@ -38,7 +38,7 @@ enum {
     PROGRAM_POWER_UNREADABLE = 5  /* after a power cut, record and stored program do not match */
 };
 
-/* program.order: two codes differ in at least two bits, so that one flipped bit makes no order. */
+/* program.order: two codes differ in at least two bits: one flipped bit makes no other command. */
 enum {
     PROGRAM_NO_ORDER = 0,
     PROGRAM_STOP = 3,
@@ -60,7 +60,7 @@ struct program_state {
     uint8_t order;    /* the command that this step executes */
     uint8_t argument;
     uint8_t leap;     /* the setpoint jumped in this step */
-    uint8_t kind;     /* of the segment: PROGRAM_OVER and so on */
+    uint8_t kind;     /* kind of the segment: PROGRAM_OVER and so on */
     int16_t to_dc;    /* the segment's target, 0.1 degC */
     uint32_t amount;  /* the segment's time or rate: s, or 0.1 K/h */
     float first_c;    /* temperature at the program's start */
@@ -68,8 +68,8 @@ struct program_state {
     float to_c;       /* setpoint at its end */
     float setpoint_c;
     float before_c;   /* temperature before the interruption */
-    float rate_k_per_s; /* of the setpoint */
-    uint32_t length;  /* of the segment, steps */
+    float rate_k_per_s; /* slope of the setpoint */
+    uint32_t length;  /* length of the segment, steps */
     uint32_t elapsed; /* steps of progress in the segment */
     uint16_t waited;  /* steps in which the segment waited, because the machine was too cold */
     uint32_t clock;   /* steps in the program without pauses */

@@ -44,10 +44,10 @@ static const struct stored_program given[] PROGMEM = {
     },
 };
 
-static struct slot written; /* the last one written, or being written */
+static struct slot written; /* the slot that was written last, or is being written */
 static uint8_t written_place;
 static uint8_t written_slot;
-static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: none */
+static uint8_t next_byte = sizeof(struct slot); /* index of the byte to write next; sizeof: none */
 
 static uint8_t *address(uint8_t number, uint8_t slot, uint8_t offset)
 {

@@ -48,7 +48,7 @@ bool programs_are_saved(void);
 /* True if the program can be run, or is empty: kinds, targets, amounts and name are valid. */
 bool programs_are_sound(const struct stored_program *program);
 
-/* CRC of name and segments, to tell whether two programs are the same. */
+/* CRC of name and segments, to detect whether two programs are the same. */
 uint16_t programs_crc(const struct stored_program *program);
 
 /* Once per tick: write one byte. */

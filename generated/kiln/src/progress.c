@@ -26,8 +26,8 @@ struct slot {
 _Static_assert(sizeof(struct slot) == PROGRESS_SLOT_BYTES, "the layout of the EEPROM says so");
 
 static struct slot newest; /* also while it is being written; sequence 0: none */
-static uint8_t place;                          /* of that slot */
-static uint8_t next_byte = sizeof(struct slot); /* to be written next; sizeof: none */
+static uint8_t place;                          /* index of that slot */
+static uint8_t next_byte = sizeof(struct slot); /* index of the byte to write next; sizeof: none */
 static bool save_wanted;
 
 static uint8_t *address(uint8_t of_slot, uint8_t offset)

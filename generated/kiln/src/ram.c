@@ -14,7 +14,7 @@
 #define ONE 0x55u   /* 01010101 */
 #define OTHER 0xAAu /* 10101010 */
 
-static uint16_t place; /* of the first of the two cells under test */
+static uint16_t place; /* address of the first of the two cells under test */
 
 static bool is_sound(volatile uint8_t *cells)
 {

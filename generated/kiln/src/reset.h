@@ -9,11 +9,11 @@
 /* Copy of MCUSR: PORF, EXTRF, BORF and WDRF of the last reset. */
 extern uint8_t reset_cause;
 
-/* Is RESET_HANG_MARK after the main loop's permit expired, or an interrupt not in use came. */
+/* Has the value RESET_HANG_MARK after the main loop's permit expired, or an unused interrupt came. */
 enum { RESET_HANG_MARK = 0x5AC3 };
 extern volatile uint16_t reset_hang_mark;
 
-/* Is RESET_POWER_MARK from the start of a lock-out until the next loss of power. */
+/* Has the value RESET_POWER_MARK from the start of a lock-out until the next loss of power. */
 enum { RESET_POWER_MARK = 0x3CA5 };
 extern uint16_t reset_power_mark;
 

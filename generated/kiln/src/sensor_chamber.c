@@ -34,10 +34,10 @@ enum { CHOOSING, STARTING, CONVERTING, READING, JUDGING };
 enum { WRITTEN_A_TICK = 2 };
 
 static uint8_t phase = CHOOSING;
-static uint8_t place; /* of the next register to write or read */
+static uint8_t place; /* address of the next register to write or read */
 static uint8_t settling_ticks; /* until the end of the first conversion */
 static uint16_t ticks_left;
-static uint8_t type; /* for which the chip is set up */
+static uint8_t type; /* type of thermocouple for which the chip is set up */
 static uint8_t answer[REGISTERS];
 static uint8_t status = FAULT_SENSOR_STALE;
 static int32_t reading;

@@ -10,7 +10,7 @@ enum { NEXTION_PORT_DAMAGED = 0x15 };
 enum { NEXTION_PORT_SIZE = 75 };
 
 /* Called in each tick: a flipped register bit lasts until the next one. Before another baud rate
- * is set, the port must have been free for a turn: then the last byte is sent. */
+ * is set, the port must have been free for a turn: only then has the last byte been sent. */
 void nextion_port_set_registers(uint16_t divisor);
 
 /* True while no received byte waits. */
