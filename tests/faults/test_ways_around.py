@@ -1,9 +1,11 @@
 """Ways around the protection."""
 
 import pytest
+from any_machine.drawing import MACHINES
 from fault_machines import site_of
 from rig.firmware import ROOT, changed, edited
 
+from heatwright.sim.bench import ReferenceDevice
 from heatwright.sim.faults import starts
 from heatwright.sim.faults.effects import SHORTED
 from heatwright.sim.faults.machine import steady_c
@@ -79,3 +81,26 @@ def test_off_and_on_is_no_way_around_the_limit(after_s: float) -> None:
     world.run(SETTLED_S)
     assert world.fault == 0
     assert world.loop("duty_percent") > RAMP_PERCENT
+
+
+def test_a_touch_on_stop_is_not_undone_by_a_master_that_repeats_on() -> None:
+    """It released the loop, as a master's own OFF does; a touch on ON needs no release."""
+    lines = "[{kind: modbus_rtu, address: 1, baud: 9600}, {kind: nextion, loop: air, port: 1}]"
+    site = site_of(edited(MACHINES["hatcher"], f"interfaces: {lines}"))
+    world = World(site, Weather(site.ambient_c, site.ambient_c))
+    model = ReferenceDevice(site.controller)
+    world.run(5.0)
+
+    def after(touch: str) -> tuple[float, bool]:
+        """Return whether the loop is on, and the model's, if a master then repeats ON."""
+        world.device.send(touch)
+        model.send(touch)
+        for _ in range(3):
+            world.run(1.0)
+            world.device.master.ask(world.device.master.request("air.enabled", value=True).pdu)
+            model._loops["air"].operator.enable()
+        world.run(1.0)
+        return world.loop("enabled"), not model._loops["air"].operator.is_off
+
+    touches = ("#22;", "#17;", "#2 1;", "#17;", "#2 1;", "#2 0;")
+    assert [after(touch) for touch in touches] == [(0, 0), (0, 0), (1, 1), (0, 0), (1, 1), (0, 0)]

@@ -70,6 +70,7 @@ def _steering(operator: SwitchedOperator) -> Does:
     """Return the commands that need no programs."""
     return {
         2: lambda on: _switch(operator, on=bool(on)),
+        17: lambda _: operator.touch_off(),
         3: operator.set,
         4: operator.set_manual,
         5: lambda kp: operator.set_gains(kp, None, None),
@@ -80,10 +81,10 @@ def _steering(operator: SwitchedOperator) -> Does:
 
 
 def _switch(operator: SwitchedOperator, *, on: bool) -> None:
-    """Switch off, or on under automatic control."""
+    """Switch off, or on under automatic control, as a person does."""
     if not on:
-        operator.disable()
-    elif operator.enable():
+        operator.touch_off()
+    elif operator.touch_on():
         operator.steer_by_hand(on=False)
 
 
@@ -93,7 +94,6 @@ def _orders(operator: ProgrammedOperator) -> Does:
         8: lambda number: operator.order("start", int(number)),
         9: lambda runs: operator.order("resume" if runs else "pause"),
         10: lambda segment: operator.order("jump", int(segment) + 1),
-        17: lambda _: operator.disable(),
         18: lambda _: operator.order("skip"),
     }
 

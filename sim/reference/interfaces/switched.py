@@ -42,6 +42,19 @@ class SwitchedOperator(Operator):
         """Press the key that switches off; this does not allow a master to switch on again."""
         self._go_off()
 
+    def touch_on(self) -> bool:
+        """Switch on at a display; a person need not wait until a master commands off."""
+        if self._must_release and self.is_off and not self._reference.fault_code:
+            self.disable()
+        return self.enable()
+
+    def touch_off(self) -> None:
+        """Switch off at a display; this does not allow a master to switch on again."""
+        if self._must_release:
+            self._go_off()
+        else:
+            self.disable()
+
     def set(self, setpoint_c: float) -> bool:
         """Set the setpoint for when the loop is on; return whether that is allowed."""
         wanted_c = Single(setpoint_c)

@@ -109,6 +109,7 @@ class DisplayNames:
     programs: bool
     monitors: bool
     tunable: bool
+    must_release: bool
     adjustable: bool
     selectable: bool
     top_c: int
@@ -142,6 +143,7 @@ def _context(source: Source, interface: Nextion) -> DisplayNames:
         programs=facts.programmed,
         monitors=bool(controller.monitors),
         tunable=facts.tunable,
+        must_release=facts.must_release,
         adjustable=facts.adjustable,
         selectable=bool(selectable_types(controller)),
         top_c=chart_top_c(controller),
