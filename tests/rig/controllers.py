@@ -394,7 +394,8 @@ class _Controller:
         for loop in self.loops:
             served = loop.served
             off = loop.loop.get("starts") == "disabled"
-            off = off or (served.zero_is_off and loop.low_c == 0)
+            set_off = loop.low_c == 0 and not loop.loop["setpoint"].get("stored")
+            off = off or (served.zero_is_off and set_off)
             tunes_s = float(loop.loop.get("autotune", {}).get("timeout", "0 s").split()[0])
             long = loop.period_s > 60 or tunes_s > LONGEST_RULE_S
             if off and not (long or served.programmed) and own_draws(loop.loop).seldom():

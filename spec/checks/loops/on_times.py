@@ -11,10 +11,6 @@ from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 
-_OFF = {True: "starts: disabled", False: "setpoint.initial: 0 °C"}
-"""The entry that keeps a loop off at the start, by whether the loop can be enabled."""
-
-
 def on_times_have_a_beginning(controller: Controller) -> Findings:
     """Refuse `on_for_at_most` of a loop that nobody switches on, or that a reset switches on."""
     for name, loop in controller.loops.items():
@@ -29,20 +25,24 @@ def on_times_have_a_beginning(controller: Controller) -> Findings:
                 "Delete it, or add an interface with an operator",
                 (("interfaces",),),
             )
-        elif _starts_on(controller, name):
+        elif kept_off := _kept_off(controller, name):
             yield Finding(
                 path,
                 "after a power cut the loop would be on without an operator, and the time for "
                 "which it was on is lost",
-                f"Delete it, or write {_OFF[switched(controller, name)]} in the loop {name}",
+                f"Delete it, or write {kept_off} in the loop {name}",
                 (("loops", name),),
             )
 
 
-def _starts_on(controller: Controller, name: str) -> bool:
+def _kept_off(controller: Controller, name: str) -> str:
+    """Return the entry that would keep a loop off after a reset; empty if the loop is off."""
+    setpoint = controller.loops[name].setpoint
     if switched(controller, name):
-        return starts_enabled(controller, name)
-    return controller.loops[name].setpoint.initial_c != 0
+        return "starts: disabled" if starts_enabled(controller, name) else ""
+    if setpoint.initial_c != 0:
+        return "setpoint.initial: 0 °C"
+    return "setpoint.stored: false" if setpoint.stored else ""
 
 
 def on_times_end_last(controller: Controller) -> Findings:
