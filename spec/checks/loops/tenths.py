@@ -44,7 +44,7 @@ def fits(path: Path, value: float, unit: str, by: tuple[str, str] = _REGISTER) -
     elif round(value, 1) != value:
         yield Finding(
             path,
-            f"{number(value)} {unit} is finer than the steps of {what}, 0.1 {unit}, and {why}",
+            f"{number(value)} {unit} is no multiple of 0.1 {unit}, the step of {what}, and {why}",
             f"Use {number(round(value, 1))} {unit}",
             because_of,
         )

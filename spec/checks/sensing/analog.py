@@ -171,8 +171,8 @@ def one_reference(controller: Controller) -> Findings:
             yield Finding(
                 path,
                 f"the ADC has one reference for all inputs, and {first[1]} "
-                f"{'need' if first[0][0] == 'interfaces' else 'needs'} {first[2]}",
-                f"Use {first[2]} here too",
+                f"{'need' if first[0][0] == 'interfaces' else 'needs'} reference: {first[2]}",
+                f"Write reference: {first[2]} here too",
                 (first[0], ("interfaces",)),
             )
 

@@ -44,9 +44,9 @@ def first_reading_in_time(controller: Controller) -> Findings:
         if sensor.first_s and loop.protection.stale_after_s < needed_s:
             yield Finding(
                 ("loops", name, "protection", "stale_after"),
-                f"{duration(loop.protection.stale_after_s)} is over before {loop.sensor} reads "
-                f"again after a brief loss of its supply: from the step that finds the loss it "
-                f"needs {duration(sensor.first_s)}",
+                f"after a brief loss of its supply {loop.sensor} may be without a reading for "
+                f"{duration(needed_s)}: it needs {duration(sensor.first_s)}, and the loop's steps "
+                f"take the rest; {duration(loop.protection.stale_after_s)} is shorter",
                 f"Use at least {duration(needed_s)}",
                 (("sensors", loop.sensor), ("loops", name, "period")),
             )
