@@ -29,7 +29,7 @@ class Wires:
     """A drawing that is made only when it is rendered, so that planning a firmware stays quick."""
 
     def __init__(self, name: str, board: str, rows: Iterable[Wiring]) -> None:
-        """Keep what is drawn later: the controller `name` on its board."""
+        """Store the connections of the controller `name` on its board; `__str__` draws them."""
         self._name, self._board, self._rows = name, board, tuple(rows)
 
     def __str__(self) -> str:
@@ -44,7 +44,7 @@ class _Placed(NamedTuple):
     y: float
     device: str
     notes: tuple[str, ...] = ()
-    """Lines of text below the last row of a device."""
+    """Lines of text below a device, at its last row."""
 
 
 def drawn(name: str, board: str, rows: Sequence[Wiring], notes: Sequence[str] = NOTES) -> str:
@@ -97,7 +97,7 @@ def _placed(rows: Sequence[Wiring]) -> tuple[list[_Placed], float]:
 
 
 def _notes(rows: Sequence[Wiring]) -> tuple[str, ...]:
-    """Return further needs of a device, in lines: of its row without a pin, or of its pins."""
+    """Return the lines below a device: the needs of its row without a pin, or else of its pins."""
     hows = [row.how for row in rows if row.pin == "–"]
     hows = hows or [row.how for row in rows if row.ends and row.how != "the same"]
     return tuple(line for how in dict.fromkeys(hows) for line in wrap(how, _NOTE_CHARACTERS))

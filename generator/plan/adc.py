@@ -69,7 +69,11 @@ class KnownVoltage:
 
 @dataclass(frozen=True, slots=True)
 class ScanNames:
-    """The values for the templates of the scan."""
+    """The values for the templates of the scan.
+
+    interrupts -- the scan also has sensors, so interrupts make it; far -- a channel needs the bit
+    MUX5; mixed -- only some channels need it; enabled -- C of ADCSRA; reference -- C of ADMUX.
+    """
 
     channels: list[Channel]
     interrupts: bool

@@ -21,7 +21,12 @@ NEAR_BYTES = 0x10000
 
 @dataclass(frozen=True, slots=True)
 class CheckNames:
-    """The values for the templates of the self-checks."""
+    """The values for the templates of the self-checks.
+
+    proves -- the watchdog is tested at each start; far -- the flash needs addresses of more than 16
+    bits; read_back -- the outputs whose pins are compared with their levels; pulses -- one of them
+    is switched on and off within a window.
+    """
 
     where: str
     adc: bool

@@ -37,7 +37,11 @@ WATCHDOG_NAMES = {
 
 @dataclass(frozen=True, slots=True)
 class ResetNames:
-    """The values for the templates of the reset."""
+    """The values for the templates of the reset.
+
+    causes -- the register with the cause of a reset; locks_power -- only a loss of power ends a
+    lock-out; proves -- the watchdog is tested at each start.
+    """
 
     reset_lines: list[str]
     causes: str

@@ -14,7 +14,7 @@ enum {
     PROGRAM_PAUSED = 2,
     PROGRAM_RETURNING = 3, /* the temperature returns to the setpoint after a break; clocks stopped */
     PROGRAM_RESTORING = 4, /* after a power cut: the first reading decides whether it continues */
-    PROGRAM_INTERRUPTED = 5 /* by a fault: the program waits until the operator resumes it */
+    PROGRAM_INTERRUPTED = 5 /* a fault came: the program waits until the operator resumes it */
 };
 
 /* program.waiting */
@@ -29,8 +29,8 @@ enum {
 enum {
     PROGRAM_NOT_ENDED = 0,
     PROGRAM_FINISHED = 1,
-    PROGRAM_STOPPED = 2, /* by the operator */
-    PROGRAM_FAILED = 3,  /* by a fault */
+    PROGRAM_STOPPED = 2, /* the operator ended it */
+    PROGRAM_FAILED = 3,  /* a fault ended it */
     PROGRAM_TOO_FAR = 4,          /* it was interrupted, and the temperature has changed too much */
     PROGRAM_POWER_UNREADABLE = 5  /* after a power cut, record and stored program do not match */
 };
@@ -52,8 +52,8 @@ struct program_state {
     uint8_t waiting;
     uint8_t ended;    /* why the last program ended */
     uint8_t number;   /* the place of the program */
-    uint8_t segment;  /* from 1 */
-    uint8_t segments; /* how many the program has */
+    uint8_t segment;  /* number of the present segment, from 1 */
+    uint8_t segments; /* number of segments in the program */
     uint8_t order;    /* the command that this step executes */
     uint8_t argument;
     uint8_t leap;     /* the setpoint jumped in this step */

@@ -18,7 +18,7 @@
 struct slot {
     uint32_t sequence; /* saves so far, this one included; its lowest byte comes first */
     struct progress_record record;
-    uint16_t crc; /* of the spec's digest and all members above */
+    uint16_t crc; /* CRC of the spec's digest and all members above */
     uint8_t last; /* lowest byte of the sequence */
 };
 

@@ -29,7 +29,7 @@ static bool changed;         /* there may be cells to send */
 static uint8_t position;     /* where the search for changed cells continues */
 static uint8_t start_up_index;
 static bool is_set_up; /* the first start-up sequence has been sent */
-static uint16_t ticks_left; /* until the next start-up sequence */
+static uint16_t ticks_left; /* ticks until the next start-up sequence */
 
 /* Sends the high nibble of `bits`; the display takes it at the falling edge of E. */
 static void send_nibble(uint8_t bits)
@@ -156,7 +156,7 @@ void lcd_tick(void)
     if (!is_set_up) {
         return;
     }
-    const uint16_t since_ticks = LCD_RESYNC_TICKS - 1u - ticks_left; /* since the start-up sequence */
+    const uint16_t since_ticks = LCD_RESYNC_TICKS - 1u - ticks_left; /* ticks since the start-up sequence */
     if (since_ticks < LCD_CELLS) {
         send_cell((uint8_t)since_ticks); /* again, although unchanged */
     }

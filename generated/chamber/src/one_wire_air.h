@@ -7,11 +7,11 @@
 #include <stdint.h>  /* uint8_t */
 
 struct one_wire_air_state {
-    uint8_t data[11];      /* to be sent, then replaced by what was on the bus */
+    uint8_t data[11];      /* bytes to send; each is replaced by the byte read from the bus */
     uint8_t result;        /* READING_OK, FAULT_SENSOR_NO_ANSWER or FAULT_SENSOR_SHORT */
-    uint8_t size;          /* of the present exchange, in bytes */
-    uint8_t index;         /* of the present byte */
-    uint8_t bits_left;     /* of the present byte */
+    uint8_t size;          /* length of the present exchange, in bytes */
+    uint8_t index;         /* index of the present byte */
+    uint8_t bits_left;     /* bits left of the present byte */
     uint8_t reset_slots;   /* slots left of the reset pulse and the presence answer */
     volatile bool busy;
 };

@@ -25,7 +25,7 @@ enum { FINISHED, WAITING, SETTING_UP, CONVERTING, ENDING, READING };
 
 static uint8_t phase = FINISHED;
 static uint16_t ticks_left;
-static bool has_converted; /* since the set-up; before, the chip may return its power-on value */
+static bool has_converted; /* the chip has converted since the set-up; before, it may return its power-on value */
 static uint8_t status = FAULT_SENSOR_STALE;
 static int16_t reading;
 

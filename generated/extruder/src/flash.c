@@ -33,7 +33,7 @@ static uint16_t crc;        /* CRC of the round's bytes before `place` */
  * after a good round; `ticks_left` counts down to 0 unless a good round sets it again. Volatile:
  * the compiler must not add or move writes to them. */
 static volatile uint8_t residue = UINT8_MAX;
-static volatile flash_address ticks_left; /* until the round must have ended */
+static volatile flash_address ticks_left; /* ticks until the round must have ended */
 
 /* Adds the next `count` bytes to the CRC; 0 means 256. */
 static void take(uint8_t count)
@@ -63,7 +63,7 @@ static void take(uint8_t count)
 
 void flash_start(void)
 {
-    page_count pages = (page_count)((ADDRESS(__data_load_end) >> 8) + 1u); /* of 256 bytes; 0 means 256 pages */
+    page_count pages = (page_count)((ADDRESS(__data_load_end) >> 8) + 1u); /* pages of 256 bytes; 0 means 256 pages */
 
     place = BEHIND_SEAL;
     crc = CRC_START;

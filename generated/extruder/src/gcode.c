@@ -493,7 +493,7 @@ static void heed(uint8_t urgent)
     }
 }
 
-/* Sends a report that no command has asked for; true if one was due. */
+/* Sends a report that no command has requested; true if one was due. */
 static bool speak_up(void)
 {
     if (fault_said != fault.code) {

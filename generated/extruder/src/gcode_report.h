@@ -11,7 +11,7 @@ enum {
     REPORT_FAULT,        /* the latched fault */
     REPORT_OK,           /* "ok" in a line of its own */
     REPORT_OK_BEFORE,    /* "ok " before temperatures */
-    REPORT_TEMPERATURES, /* of all loops, without the line end */
+    REPORT_TEMPERATURES, /* temperatures of all loops, without the line end */
     REPORT_WAITED,       /* seconds until a wait ends */
     REPORT_LINE_END,
     REPORT_BUSY,
@@ -25,7 +25,7 @@ enum {
     REPORT_FIRMWARE,
     REPORT_POSITION,
     REPORT_STORED,
-    REPORT_GAINS,        /* of all loops */
+    REPORT_GAINS,        /* gains of all loops */
     REPORT_LOADED,
     REPORT_DEFAULTS,
     REPORT_TUNING,       /* a tuning begins */

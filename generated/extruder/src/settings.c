@@ -26,7 +26,7 @@ struct kept {
 };
 
 struct record {
-    uint16_t crc; /* of all members behind it */
+    uint16_t crc; /* CRC of all members behind it */
     uint8_t size; /* bytes from this member to the last one */
     uint32_t digest;
     uint16_t sequence;

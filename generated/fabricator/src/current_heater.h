@@ -10,8 +10,8 @@ struct current_heater_state {
     float amperes;         /* the current, a mean over the pulses */
     float applied_percent; /* the duty while the current was measured */
     float limit_percent;   /* the highest duty that the current allows */
-    uint16_t leak_steps;   /* in a row with current while the heater is off */
-    uint16_t none_steps;   /* in a row with too little current while it is on */
+    uint16_t leak_steps;   /* steps in a row with current while the heater is off */
+    uint16_t none_steps;   /* steps in a row with too little current while the heater is on */
 };
 
 extern struct current_heater_state current_heater;

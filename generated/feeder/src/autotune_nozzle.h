@@ -14,8 +14,8 @@ struct autotune_nozzle_state {
     uint8_t cycles;      /* number of swings to make */
     uint8_t phase;       /* COOL, HEAT and so on, in autotune_nozzle.c */
     uint8_t switches;    /* how often the relay has switched on */
-    uint16_t steps;      /* since the start */
-    uint16_t half_steps; /* since the relay switched, or the slope's measurement began */
+    uint16_t steps;      /* steps since the start */
+    uint16_t half_steps; /* steps since the relay switched, or the slope's measurement began */
     uint16_t on_steps;   /* length of the relay's last on time */
     uint16_t on_sum;     /* over all swings but the first, like the sums below */
     uint16_t off_sum;

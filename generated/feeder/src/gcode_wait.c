@@ -160,7 +160,7 @@ bool wait_goes_on(void)
     }
     if (is_over()) {
         finish();
-        return true; /* until the answer has been sent */
+        return true; /* no other line may begin until the answer has been sent */
     }
     if (ticks_to_report == 0 && waiting != FOR_FEED) {
         report_temperatures();

@@ -16,7 +16,7 @@ struct loop_nozzle_state {
     uint8_t has_reading;    /* 1: there was a good reading since the reset */
     float setpoint_c;
     float temperature_c;
-    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float duty_percent;     /* duty from the algorithm; the gate decides if the heater is on */
     float asked_percent;    /* duty of the last step with a reading or fault */
     uint8_t mode;           /* MODE_*, in this step */
     float manual_percent;   /* the duty that was set by hand */

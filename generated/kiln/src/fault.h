@@ -48,10 +48,10 @@ enum { GUARD_BROKEN = 1, GUARD_JUDGED = 2 };
 
 struct fault_state {
     uint8_t code;             /* FAULT_NONE or the code of the rule that tripped */
-    uint8_t acknowledgements; /* since reset, wraps */
+    uint8_t acknowledgements; /* number of acknowledgements since reset, wraps */
     uint8_t trips;            /* trips for the lock-out: each came soon after the one before */
-    float temperature_c;      /* of the loop or monitor that tripped; 0 if another part tripped */
-    uint32_t time_s;          /* since reset */
+    float temperature_c;      /* temperature of the loop or monitor that tripped; 0 for other parts */
+    uint32_t time_s;          /* time of the trip, since reset */
 };
 
 extern struct fault_state fault;

@@ -9,8 +9,8 @@ enum { FAULT_LOG_SIZE = 8 };
 
 struct fault_log_entry {
     uint8_t code;        /* the rule that tripped */
-    float temperature_c; /* of the loop or monitor that tripped; 0 if another part tripped */
-    uint32_t time_s;     /* since the reset; 0 if the fault was latched before it */
+    float temperature_c; /* temperature of the loop or monitor that tripped; 0 for other parts */
+    uint32_t time_s;     /* time of the trip since the reset; 0 if the fault was latched before it */
 };
 
 /* The entry at `index`, 0 for the newest; null if there is none. */

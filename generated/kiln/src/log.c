@@ -9,7 +9,7 @@
 #include "log_port.h" /* log_port_set_registers */
 #include "log_talk.h" /* log_talk */
 
-static uint32_t ticks; /* since the last entry */
+static uint32_t ticks; /* ticks since the last entry */
 
 void log_begin_anew(void)
 {

@@ -143,7 +143,7 @@ static void send_saves(void)
     log_port_send(text, size);
 }
 
-/* Writes a float that is not negative, rounded half up to one decimal and limited to what fits. */
+/* Writes a float that is not negative, rounded half up to one decimal, and limited in length. */
 static uint8_t put_float_tenths(char *text, float value)
 {
     const float limited = value < RESPONSE_MOST ? value : RESPONSE_MOST;

@@ -19,7 +19,7 @@ struct loop_chamber_state {
     float setpoint_c;
     float reading_c;        /* last good reading */
     float temperature_c;    /* the mean of the last 5 */
-    float duty_percent;     /* from the algorithm; the gate decides if the heater is on */
+    float duty_percent;     /* duty from the algorithm; the gate decides if the heater is on */
     float asked_percent;    /* duty of the last step with a reading or fault */
     uint8_t enabled;        /* 1: switched on, in this step */
     uint8_t mode;           /* MODE_*, in this step */

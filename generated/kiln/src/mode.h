@@ -15,7 +15,7 @@ enum {
     AUTOTUNE_RUNNING = 1,
     AUTOTUNE_DONE = 2, /* the gains found are in use, and stored */
     AUTOTUNE_TIMED_OUT = 3, /* it took too long, or an input paused the loop */
-    AUTOTUNE_STOPPED = 4, /* by a command or a fault */
+    AUTOTUNE_STOPPED = 4, /* a command or a fault ended it */
     AUTOTUNE_TOO_HOT = 5, /* the temperature rose too far above the target */
     AUTOTUNE_NO_USE = 6 /* the numbers found cannot be gains */
 };

@@ -22,7 +22,7 @@ uint8_t frame_page;
 /* The command's text. No pointer to it is stored, so a flipped bit cannot lead outside. */
 static char text[NEXTION_ORDER_SIZE];
 static uint16_t length;
-static uint16_t next_place; /* of the character that is read next */
+static uint16_t next_place; /* index of the character that is read next */
 static bool inside;
 static uint8_t answer[ANSWER_SIZE] = { 1, 1, 1, 1, 1, 1 }; /* the last bytes; initially no answer */
 

@@ -14,8 +14,8 @@
 
 /* The numbers of the kinds in a command. */
 enum {
-    KIND_OVER = 0, /* within minutes; a hold if the temperature stays the same */
-    KIND_RATE = 1, /* with kelvins per hour */
+    KIND_OVER = 0, /* a ramp of so many minutes; a hold if the temperature stays the same */
+    KIND_RATE = 1, /* a ramp of so many kelvins per hour */
     KIND_FAST = 2,
     KIND_UNTIL = 3,
     KIND_HOLD = 4,
@@ -27,8 +27,8 @@ struct point {
     uint8_t number;
     uint8_t kind;
     bool in_hours;      /* written as hours and minutes: a time, not a rate */
-    int32_t hundredths; /* of a minute, or of a kelvin per hour */
-    int32_t tenths;     /* of a degree */
+    int32_t hundredths; /* time in 0.01 min, or rate in 0.01 K/h */
+    int32_t tenths;     /* temperature in 0.1 degC */
 };
 
 static const int32_t LARGEST_TENTHS = 32767;

@@ -34,7 +34,7 @@ static uint8_t beats_to_refresh = NEXTION_REFRESH_BEATS;
 static bool all_is_said; /* nothing is due until a beat, a control step or a byte from the display */
 static uint16_t seen_step;
 static bool chart_first;
-static bool is_heard;                                  /* the display has answered since it was last asked for its page */
+static bool is_heard;                                  /* the display has answered since the last request for its page */
 static uint8_t beats_to_search = NEXTION_SEARCH_BEATS; /* 0: no search is due */
 
 /* Sends everything again: some bytes may have been lost. */

@@ -422,7 +422,7 @@ void program_step(bool ok, bool sound)
 
 void program_count(float duty_percent)
 {
-    const uint8_t damage = (uint8_t)(seal - sum_of_program()); /* since program_step; 0: none */
+    const uint8_t damage = (uint8_t)(seal - sum_of_program()); /* damage since program_step; 0: none */
 
     if (is_at_work()) {
         program.energy += (uint32_t)(duty_percent * 10.0f + 0.5f);

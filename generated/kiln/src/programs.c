@@ -20,7 +20,7 @@
 struct slot {
     uint8_t turn; /* one more than the other slot's; wraps */
     struct stored_program program;
-    uint16_t crc; /* of the spec's digest and all members above */
+    uint16_t crc; /* CRC of the spec's digest and all members above */
     uint8_t last; /* the turn again */
 };
 

@@ -18,7 +18,7 @@
 #include "pins.h" /* pin_output_safety_relay_*, pin_relay_contact_* */
 
 static bool closed;
-static uint8_t ticks; /* since the relay was switched, or since the reset */
+static uint8_t ticks; /* ticks since the relay was switched, or since the reset */
 static uint8_t wrong_ticks;    /* ticks in a row in which the contact contradicts the relay */
 static volatile uint8_t found; /* the fault that the next control step trips */
 

@@ -7,10 +7,10 @@
 #include <stdint.h>  /* uint8_t, uint16_t */
 
 struct response_chamber_state {
-    uint8_t state;     /* of the measurement: 0 none, 1 outside the band, 2 inside, 3 settled */
+    uint8_t state;     /* state of the measurement: 0 none, 1 outside the band, 2 inside, 3 settled */
     uint8_t rising;    /* 1: the temperature comes from below the setpoint */
     uint8_t measured;  /* results since the reset, wraps */
-    uint16_t steps;    /* since the setpoint changed */
+    uint16_t steps;    /* steps since the setpoint changed */
     uint16_t entered;  /* `steps` when the temperature came into the band */
     float target_c;
     float beyond_k;    /* largest overshoot so far */

@@ -22,12 +22,12 @@
 enum { CR0, CR1, MASK, CJHF, CJLF, LTHFTH, LTHFTL, LTLFTH, LTLFTL, CJTO, CJTH, CJTL, LTCBH, LTCBM, LTCBL, SR, REGISTERS };
 enum { SETTINGS = CJTH }; /* the registers before this one are written */
 enum { WRITE = 0x80 };    /* added to the address of a register that is to be written */
-enum { AUTOMATIC = 0x80 }; /* in CR0: convert continuously */
+enum { AUTOMATIC = 0x80 }; /* bit of CR0: the chip converts continuously */
 enum { STATUS_CJ_RANGE = 0x80, STATUS_TC_RANGE = 0x40, STATUS_OVUV = 0x02, STATUS_OPEN = 0x01 };
 enum { CR0_AT_POWER_UP = 0x00, CR1_AT_POWER_UP = 0x03 }; /* the other settings: see `setting` */
 enum { LTCBL_USED = 0xE0, CJTL_USED = 0xFC }; /* the data sheet does not define the bits below */
 enum { NEGATIVE = 0x80 };
-static const int32_t PER_SIGN = 0x80000; /* of a 19-bit number */
+static const int32_t PER_SIGN = 0x80000; /* subtracted from a 19-bit number whose sign bit is set */
 
 /* Phases: each tick does one of them, or a part of it. */
 enum { CHOOSING, STARTING, CONVERTING, READING, JUDGING };
@@ -35,7 +35,7 @@ enum { WRITTEN_A_TICK = 2 };
 
 static uint8_t phase = CHOOSING;
 static uint8_t place; /* address of the next register to write or read */
-static uint8_t settling_ticks; /* until the end of the first conversion */
+static uint8_t settling_ticks; /* ticks until the end of the first conversion */
 static uint16_t ticks_left;
 static uint8_t type; /* type of thermocouple for which the chip is set up */
 static uint8_t answer[REGISTERS];

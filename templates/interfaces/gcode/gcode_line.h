@@ -9,7 +9,7 @@ enum {
     LINE_REPEATED,    /* executed before, and sent again: only answer it */
     LINE_TOO_LONG,    /* intact, but longer than any known command */
     LINE_UNREADABLE,  /* damaged, and the host does not number its lines */
-    LINE_WRONG_FIRST, /* from here on: the host must resend, beginning with line_last + 1 */
+    LINE_WRONG_FIRST, /* this and all below: the host must resend, beginning with line_last + 1 */
     LINE_DAMAGED = LINE_WRONG_FIRST,
     LINE_CHECKSUM,
     LINE_NO_CHECKSUM,

@@ -8,7 +8,7 @@
 
 enum { END_SIZE = 3, SAY_SIZE = NEXTION_PORT_SIZE - END_SIZE, END = 0xFF, DIGITS = 10 };
 
-static uint8_t length; /* of the instruction so far */
+static uint8_t length; /* length of the instruction so far */
 
 void say_char(char character)
 {

@@ -8,7 +8,7 @@ void say_char(char character);
 void say_words(const char *words);                /* a string in flash */
 void say_stored(const char *words, uint8_t most); /* the same, of `most` characters at most */
 void say_number(int32_t number);
-void say_digits(uint32_t count, uint8_t places); /* with at least `places` digits */
+void say_digits(uint32_t count, uint8_t places); /* at least `places` digits */
 
 /* Append `steps` of 10^-decimals; `short_form` leaves out zeros at the end. */
 void say_scaled(int32_t steps, uint8_t decimals, bool short_form);

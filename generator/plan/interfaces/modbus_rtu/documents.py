@@ -73,7 +73,7 @@ class MapDocument:
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """A register as a member of a class of the client."""
+    """A register as a member of a class of the client; order -- a coil without a state."""
 
     attribute: str
     address: int

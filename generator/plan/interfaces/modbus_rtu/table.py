@@ -20,7 +20,7 @@ from heatwright.spec import facts_of
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A row of the C table: a word of the map."""
+    """A row of the C table: address, how, of -- C of a `struct map_entry`; what -- its comment."""
 
     address: int
     how: str

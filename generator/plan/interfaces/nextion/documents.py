@@ -116,6 +116,7 @@ class PagesDocument:
     """The number of each font in the editor, and its height in pixels."""
     pages: list[PageDocument]
     typed: int
+    """Number of values and pieces of code that the person types; without copies it is `in_all`."""
     in_all: int
     lines: str
     """The pages as JSON, one a line."""
