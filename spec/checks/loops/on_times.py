@@ -11,6 +11,7 @@ from heatwright.spec.loops import Loop
 from heatwright.spec.problems import Path
 from heatwright.spec.quantity import duration
 
+
 def on_times_have_a_beginning(controller: Controller) -> Findings:
     """Refuse `on_for_at_most` of a loop that nobody switches on, or that a reset switches on."""
     for name, loop in controller.loops.items():
