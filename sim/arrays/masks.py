@@ -119,7 +119,7 @@ class Frame:
     __slots__ = ("value", "whole")
 
     def __init__(self) -> None:
-        """Begin with the active lanes."""
+        """Keep which lanes are active now: all that may run this."""
         self.whole = NOW.active
         self.value: Value = UNSET
 
@@ -194,7 +194,7 @@ class While:
     __slots__ = ("_left", "_whole")
 
     def __init__(self) -> None:
-        """Begin with the active lanes."""
+        """Keep which lanes are active now: all that may run this."""
         self._whole = NOW.active
         self._left: Mask | None = None
 

@@ -86,7 +86,7 @@ def _is_from_outside(controller: Controller, loop: str) -> bool:
 
 
 def _at(rows: int | slice, column: NDArray[Any]) -> Any:
-    """Return a column's numbers in these rows; for a single row, a number of the model's type."""
+    """Return a column's values in these rows as an array; for a single row, one number."""
     found = column[rows]
     return int(found) if isinstance(found, np.integer) else found
 

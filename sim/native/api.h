@@ -10,7 +10,7 @@ enum {
     HW_LIMIT = 3,    /* the firmware uses a feature that simavr does not model: see hw_message */
 };
 
-/* More results of hw_machine_go: why Python must act before the next call. */
+/* Other results of hw_machine_go: each names what Python must provide before the next call. */
 enum {
     HW_MATRIX = 4,   /* the matrix of the present key is missing */
     HW_NOISE = 5,    /* all noise is used */

@@ -127,7 +127,7 @@ def float32(value: float) -> float:
 
 
 def _code(ratio: float) -> int:
-    """Return the code of a share of the reference."""
+    """Return the ADC's code at this fraction of the reference voltage."""
     return min(max(math.floor(CODES * ratio), 0), CODES - 1)
 
 

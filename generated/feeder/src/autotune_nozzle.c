@@ -12,7 +12,7 @@
 enum { LEAST_CYCLES = 3, MOST_CYCLES = 20 };
 enum { COOL, HEAT, SLOPE, COAST, RELAY_OFF, RELAY_ON };
 
-static const float TOO_HOT_K = 20.0f;   /* above the target: the tuning ends */
+static const float TOO_HOT_K = 20.0f;   /* above the target: the tuning is ended here */
 static const float COLD_K = 20.0f;      /* below the target: heating up begins here */
 static const float SLOPE_K = 10.0f;     /* below the target: the slope is measured from here */
 static const float RELAY_FROM_K = 1.0f; /* below the target: the first overshoot is over */

@@ -73,7 +73,7 @@ static uint16_t words = NO_WORDS;
 static bool sending;      /* the log is to be sent, after `words` */
 static uint32_t next;     /* number of the entry that is sent next */
 static bool responding;   /* the response is to be sent */
-static bool counting;     /* the number of saves is to be sent */
+static bool counting;     /* the number of EEPROM saves is still to be sent */
 
 /* Writes an integer with a point before its last `decimals` digits; returns the length. */
 static uint8_t put_number(char *text, uint32_t rest, uint8_t decimals)
