@@ -25,9 +25,6 @@ ALL = ("barrel", "chamber", "dryer", "extruder", "fabricator", "feeder", "hotpla
 DOOR = changed("chamber", ("\nsafety:", "\nsafety:\n  inputs: {door: {pin: D2, trips: false}}"))
 
 
-# ---- interfaces ----------------------------------------------------------------------------
-
-
 def test_in_real_time_a_step_ends_that_is_no_whole_number_of_cycles(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -172,9 +169,6 @@ def test_the_log_answers() -> None:
     assert any("clear" in text for text in lines[1:])
 
 
-# ---- faults --------------------------------------------------------------------------------
-
-
 def test_a_sensor_that_is_pulled_trips_and_its_heater_goes_off() -> None:
     seat = Seated("chamber")
     seat.press("up")
@@ -221,9 +215,6 @@ def test_each_fault_can_be_brought_and_mended_while_the_board_runs(example: str)
     assert not seat.world.wiring.besides
     seat.run(1.0)
     json.dumps(seat.state, allow_nan=False)
-
-
-# ---- why the heater is off -----------------------------------------------------------------
 
 
 def test_a_heater_that_is_on_misses_nothing_and_one_that_is_off_something() -> None:
@@ -275,9 +266,6 @@ def test_an_open_door_is_named() -> None:
     assert "door" in seat.state["loops"]["air"]["missing"][0]["text"]
 
 
-# ---- around the machine --------------------------------------------------------------------
-
-
 def warmed_k(**sliders: dict[str, Any]) -> float:
     """Return how much the chamber's element has warmed under full heat in 20 s."""
     seat = Seated("chamber")
@@ -314,9 +302,6 @@ def test_filament_takes_heat_along() -> None:
         seat.run(40.0)
         temperatures_c.append(max(seat.state["nodes_c"].values()))
     assert temperatures_c[1] < temperatures_c[0] - 1
-
-
-# ---- time ----------------------------------------------------------------------------------
 
 
 def test_variables_have_their_names() -> None:
@@ -372,9 +357,6 @@ def test_a_roll_tells_each_line_once() -> None:
     assert told == list(range(2997 + 1))[: len(told)]
     assert len(roll.lines) == store.MOST_LINES
     assert roll.since(0)[0][0] == 2000
-
-
-# ---- what was done -------------------------------------------------------------------------
 
 
 def test_what_was_done_is_played_again_by_simulate(heatwright: Any, tmp_path: Path) -> None:

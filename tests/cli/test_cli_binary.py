@@ -190,9 +190,6 @@ def test_rows_of_several_loops_equal_the_model_on_their_binaries(heatwright: Hea
     assert row["replay"]["ticks"] >= int(stepped_s / 0.1) + int(stepped_s / 0.5), "of both loops"
 
 
-# ---- what verify judges: each check fails when it must, and the command then ends with 1 ----
-
-
 @pytest.fixture(scope="module")
 def loops(chamber: Controller) -> ClosedLoop:
     """The model in the binary's place: everything holds."""

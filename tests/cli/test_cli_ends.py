@@ -1,9 +1,7 @@
-"""How commands and their workers end, and what is told of them: help and documents.
-
-A start imports little. docs/commands.md has each command and option. Each command of the tutorial
-is run, in its order, and prints what stands there. What `docs/ci.md` has users put into their
-repositories does there what it says.
-"""
+"""How commands and their workers end, and what is told of them: help and documents. A start imports
+little. docs/commands.md has each command and option. Each command of the tutorial is run, in its
+order, and prints what stands there. What `docs/ci.md` has users put into their repositories does
+there what it says."""
 
 import errno
 import json
@@ -162,9 +160,6 @@ def test_an_interrupted_comparison_ends_its_workers(tmp_path: Path) -> None:
     assert group_ends(process.pid, within_s=60)
 
 
-# ---- work in two processes ----
-
-
 def double(piece: int, job: Job) -> int:
     job.note(f"doubling {piece}")
     job(piece, 10)
@@ -209,8 +204,6 @@ def test_nothing_is_drawn_while_a_process_is_forked() -> None:
     assert not shown.is_started
     assert drawn == [False, False]
 
-
-# ---- help ----
 
 PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))

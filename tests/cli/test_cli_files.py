@@ -148,8 +148,6 @@ def test_a_full_disk_names_the_file(
     assert [path for path in Path().iterdir() if path.name.startswith(".")] == []
 
 
-# ---- simulate and compare ----
-
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -278,8 +276,6 @@ def test_all_rows_are_drawn_beside_each_other(heatwright: Heatwright, name: str)
     assert drawn == [f"{row.name}, {row.setpoint_c:g} °C" for row in rows]
 
 
-# -- what cannot be done: status 2, the reason, nothing printed and nothing written
-
 SCENARIOS = {
     "empty": ("", "empty:1:1: there is no scenario in this file. Write scenario: [ … ]."),
     "number": ("scenario: 1\n", "number:1:1: scenario: a list is needed here"),
@@ -288,8 +284,7 @@ SCENARIOS = {
     "endless": ("scenario:\n  - {at: 1 s, press: up}\n", "endless:1:1: scenario: "),
     "open": ("scenario: [", "open:1:1"),
     "other": ("scenario: []\nother: 1\n", "other:2:1: other: there is no such key"),
-}
-"""Files of scenarios, and what is said of them."""
+}  # files of scenarios, and what is said of them
 
 
 @pytest.mark.parametrize(

@@ -118,9 +118,6 @@ def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: 
     assert digits(Found(parameter, value, value - half, value + half, told=True)) == text
 
 
-# ---- tune: methods side by side, margins, a block to paste ----
-
-
 def only(found: Any) -> Any:
     """What is told of the one loop."""
     (each,) = found["loops"].values()

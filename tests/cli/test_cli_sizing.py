@@ -1,10 +1,8 @@
-"""What a machine's parts have to be, as `size`, `check` and `build` tell it.
-
-Walls and wires by hand and by textbooks; the reserve by the simulated machine itself. What supply
-and switch of a heater in pulses have to bear. What the tolerances of parts cost, with a warning of
-too much, also in the project's README. And a firmware that does not fit its board: told in the
-spec's terms, and what is told is true.
-"""
+"""What a machine's parts have to be, as `size`, `check` and `build` tell it. Walls and wires by
+hand and by textbooks; the reserve by the simulated machine itself. What supply and switch of a
+heater in pulses have to bear. What the tolerances of parts cost, with a warning of too much, also
+in the project's README. And a firmware that does not fit its board: told in the spec's terms, and
+what is told is true."""
 
 import math
 import pickle
@@ -177,8 +175,7 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     assert "reserve" not in heatwright("check --quick bare.yaml").out
 
 
-SUPPLY_V, WIRE_OHM, LIMIT_A = 43.0, 8.54, 3.0
-"""The fabricator's, as published."""
+SUPPLY_V, WIRE_OHM, LIMIT_A = 43.0, 8.54, 3.0  # the fabricator's, as published
 
 
 def test_the_fabricators_wire_draws_five_amperes_and_three_rms() -> None:

@@ -43,8 +43,7 @@ MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 class Names(NamedTuple):
     constants: Mapping[str, str] = MappingProxyType({})
     """Names that stand for numbers, and their values as far as they are plain."""
-    unsigned: frozenset[str] = frozenset()
-    """Names of what has no sign, wherever it is declared."""
+    unsigned: frozenset[str] = frozenset()  # names of what has no sign, wherever it is declared
     macros: frozenset[str] = frozenset()
     """Those of the constants that another firmware may define with another value."""
 
@@ -218,8 +217,7 @@ class Entry(NamedTuple):
     line: int
     pattern: str
     reason: str
-    expression: re.Pattern[str]
-    """Matches mutants as the report prints them."""
+    expression: re.Pattern[str]  # matches mutants as the report prints them
 
 
 def entries(text: str) -> list[Entry]:

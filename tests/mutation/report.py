@@ -10,8 +10,7 @@ from mutation.known import entry_of, listed
 PROTECTION = ("guard_", "gate", "fault.", "reset", "relay", "current_", "settings", "programs",
               "progress", "countdown", "proof_", "monitor_")  # fmt: skip
 """Beginnings of the names of files that protect: of them every mutant is killed or listed."""
-LEAST_KILLED = 0.95
-"""Share of the mutants of other files, without the equivalent ones."""
+LEAST_KILLED = 0.95  # share of the mutants of other files, without the equivalent ones
 
 
 def protects(file: str) -> bool:

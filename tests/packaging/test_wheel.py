@@ -114,9 +114,6 @@ def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: st
     assert [line for line in said if "sudo apt-get install " in line] == said[-1:]
 
 
-# ---- packages installed beside it, each of which provides a kind ----
-
-
 @dataclass(frozen=True)
 class Outside:
     """A package among the examples.
@@ -347,8 +344,6 @@ def test_scons_is_the_one_that_platformio_asks_for() -> None:
     major, minor, patch = map(int, version("scons").split("."))
     assert re.fullmatch(rf"~{major}\.{major}{minor:02}{patch:02}\.\d+", asked)
 
-
-# ---- tools/setup.sh: what it asks for, and what it says when it does not get it ----
 
 FAKES = {
     "id": "echo 1000", "apt-get": "", "python3": f'exec {sys.executable} "$@"',

@@ -159,8 +159,6 @@ def test_a_spec_without_a_shield() -> None:
         device_of("extruder").press("up")
 
 
-# ---- building and finding the shim, and what is said when it cannot be had ----
-
 BUILD = [sys.executable, "-m", "heatwright.sim.native.build"]
 
 
@@ -204,8 +202,7 @@ REFUSED = {
     "headers are not installed: sudo apt-get install .* libpython3": lambda patch, folder: (
         patch.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(folder)})
     ),
-}
-"""By what is said with an empty cache; what is missing, or another version."""
+}  # by what is said with an empty cache; what is missing, or another version
 
 
 @pytest.mark.parametrize("words", REFUSED)

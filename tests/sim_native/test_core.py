@@ -1,13 +1,9 @@
 """Our instruction core before its judges: simavr, equal on random code, in every bit and cycle;
-avr8js (npm) and QEMU (Debian).
-
-Streams go to all. A whole firmware goes to avr8js, with its timers, USART, ADC, EEPROM and
-watchdog: QEMU's machines have no pins, EEPROM or watchdog.
-
-What is named here of a judge was shown to be wrong by the manual (Microchip DS40002198, "AVR
-Instruction Set Manual") and by the other judges; the streams for a judge keep clear of just that.
-simavr's keep clear of nothing but wide skips: it judges all that avr8js and QEMU get wrong.
-"""
+avr8js (npm) and QEMU (Debian). Streams go to all. A whole firmware goes to avr8js, with its timers,
+USART, ADC, EEPROM and watchdog: QEMU's machines have no pins, EEPROM or watchdog. What is named
+here of a judge was shown to be wrong by the manual (Microchip DS40002198, "AVR Instruction Set
+Manual") and by the other judges; the streams for a judge keep clear of just that. simavr's keep
+clear of nothing but wide skips: it judges all that avr8js and QEMU get wrong."""
 
 import base64
 import json
@@ -36,8 +32,7 @@ MACHINES = {"atmega328p": "uno", "atmega2560": "mega2560"}
 VECTORS = {
     "atmega328p": {"watchdog": 0x0C, "timer1": 0x16, "timer2": 0x0E, "usart": 0x24, "adc": 0x2A},
     "atmega2560": {"watchdog": 0x18, "timer1": 0x22, "timer2": 0x1A, "usart": 0x32, "adc": 0x3A},
-}
-"""Word addresses of the first interrupt of each (data sheets)."""
+}  # word addresses of the first interrupt of each (data sheets)
 REMEDY = "is missing: make setup EVIDENCE=1"
 CLOCK_HZ = 16_000_000
 MOST_CYCLES = 400_000
@@ -52,8 +47,7 @@ AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {
     "neg": (H, V, S),  # section NEG: H = R3 + Rd3, V only for 0x80; both by another operation
     "fmulsu": (Z,),  # section FMULSU: Z from the result; from the product before its shift
 }
-AVR8JS_CYCLES = ("cbi",)
-"""avr8js 0.21, section CBI: two cycles on these parts; it takes one."""
+AVR8JS_CYCLES = ("cbi",)  # avr8js 0.21, section CBI: two cycles on these parts; it takes one
 QEMU_PAGES = 1
 """QEMU 7.2, sections ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM."""
 
@@ -377,8 +371,7 @@ def test_flash_written_by_the_program_counts() -> None:
     assert avr.read_ram(0x25, 1) == b"\x02"
 
 
-IDLE_V = 4.999
-"""At every analog input: no key is pressed."""
+IDLE_V = 4.999  # at every analog input: no key is pressed
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,7 @@ from heatwright.sim.native.fan import Fan
 from heatwright.sim.native.relay import Wire
 
 FULL_HZ, LAG_S = 200.0, 0.5
-LATE = 4
-"""Cycles that an instruction may take to end."""
+LATE = 4  # cycles that an instruction may take to end
 SWITCHED = """
     DDRD = _BV(PD2); PORTD = _BV(PD3); for (;;) {
         PORTD |= _BV(PD2); for (uint8_t i = 0; i < 40; i++) _delay_ms(50);

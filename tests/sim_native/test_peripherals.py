@@ -191,9 +191,6 @@ def test_a_program_brings_its_eeprom() -> None:
         program.avr.eeprom.contents = bytes(1025)
 
 
-# ---- pins: who sets the level, and for how long it is high ----
-
-
 def states(avr: object) -> list[tuple[int, Source]]:
     events = avr.pins.take()  # type: ignore[attr-defined]
     return [(int(state) & 1, Source(int(state) >> 1)) for state in events["state"]]

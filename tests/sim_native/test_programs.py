@@ -116,8 +116,6 @@ def test_functions() -> None:
         program.function("nothing")
 
 
-# ---- cycles by function, stretches, coverage; waveforms ----
-
 PROFILED = """
 volatile uint8_t n;
 ISR(TIMER1_COMPA_vect) { __builtin_avr_delay_cycles(300); n++; }

@@ -225,8 +225,6 @@ def test_what_is_not_simulated_ends_the_run_and_says_so(source: str, mcu: str) -
         avr.run(0.1)
 
 
-# ---- the older peripherals of ATmega16 and ATmega32, by their data sheets ----
-
 OLD = pytest.mark.parametrize("mcu", ["atmega32", "atmega16"])
 
 WATCHDOG_HZ = 1_000_000

@@ -30,8 +30,7 @@ TEXTS = {
     "rated": changed("extruder", ("supply: 12 V", "supply: 12 V, rated: 6 V")),
     "analog": bases()["analog_extruder"],
     "off": f"{LEAST}    protection: {RULES_OFF}\n",
-}
-"""The least that is a spec, and what is changed in it."""
+}  # the least that is a spec, and what is changed in it
 
 READ: dict[str, dict[str, dict[str, object]]] = {
     "least": {
@@ -200,8 +199,6 @@ def test_rules_keep_their_codes() -> None:
         assert rule.remedy.endswith(".")
 
 
-# -- who sets a loop, switches it and tunes it, and whether it runs after the start
-
 OF_A_LOOP = (
     "commanded", "switched", "tunable", "hosted", "starts_enabled", "programmed", "must_release",
 )  # fmt: skip
@@ -224,8 +221,7 @@ CHANGED = {
     "the kiln and a master": changed(
         bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
     ),
-}
-"""The master has all loops, and people switch them at the display."""
+}  # the master has all loops, and people switch them at the display
 
 
 @pytest.mark.parametrize(
@@ -289,9 +285,6 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     text = changed("dryer", ("{air.setpoint: 70 °C, air", event))
     simulation = load_text(text).controller.simulated
     assert simulation.scenario[0].write == (Write(name, value),)
-
-
-# -- what sensors say about themselves: their kinds, ranges, steps and errors
 
 
 @pytest.mark.parametrize("bits", [9, 10, 11, 12])

@@ -158,8 +158,6 @@ def test_channels_of_the_keys() -> None:
     assert [BOARDS[name].pins["A0"].adc for name in BY_VARIANT] == [0, 0, 7]
 
 
-# -- timers and baud rates
-
 EIGHT = Timer(8, SLOW_PRESCALERS, ("A", "B"))
 FINE = Timer(8, FINE_PRESCALERS, ("A", "B"))
 SIXTEEN = Timer(16, SLOW_PRESCALERS, ("A", "B"))

@@ -127,8 +127,6 @@ def test_any_text_that_is_no_yaml_is_unreadable(
         parse_tree(text, "spec.yaml")
 
 
-# -- whatever the bytes: a Spec or a SpecError, never anything else
-
 FILES = {file.stem: file.read_bytes() for file in sorted(EXAMPLES.glob("*.yaml"))}
 WORDS = [
     b"off", b"1 s", b"-1 K", b"0", b"1e308 s", b"1e-300 K/W", b".inf", b"null", b"true", b"[]",
@@ -218,8 +216,6 @@ def test_every_cut(example: str) -> None:
     for end in range(0, len(FILES[example]), 37):
         check(FILES[example][:end])
 
-
-# -- quantities
 
 DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dimension)]
 

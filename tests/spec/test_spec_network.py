@@ -144,8 +144,6 @@ def test_solve(matrix: list[list[float]], data: st.DataObject) -> None:
     assert np.abs(np.array(dominant) @ found - right).max() <= 1e3 * EPSILON * 100
 
 
-# -- what a machine does by itself, and whether it follows a ramp
-
 FIRST = "{to: 540 °C, over: 60 min}"
 
 
@@ -157,10 +155,8 @@ def machine_of(controller: Controller) -> Machine:
 
 
 def test_a_cooler_cools_faster() -> None:
-    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that.
-
-    The sensor follows with its lag, so it never falls as fast as the block at the start.
-    """
+    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that. The sensor
+    follows with its lag, so it never falls as fast as the block at the start."""
     alone_k_per_s = 300 / (8 * 27)
     course = machine_of(controller_of(bases()["simulated_fabricator"])).cooling()
     steepest = max(

@@ -155,9 +155,6 @@ def test_patterns_take_what_the_loader_takes(
     assert not fits(wrong)
 
 
-# -- docs/language.md: every key, every default, every example
-
-
 TEXT = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
 DEFINITIONS: dict[str, Any] = dict(schema()["$defs"])  # type: ignore[arg-type]
 HEADINGS = {
@@ -203,8 +200,7 @@ FRAGMENTS = re.findall(r"```yaml\n(\w.*?)```", TEXT, re.S)
 NEEDED = {
     "heater": "{kind: digital, pin: D3, power: 240 W}",
     "fan": "{kind: digital, pin: D11, runs: always}",
-}
-"""Outputs, where a fragment has others."""
+}  # Outputs, where a fragment has others
 
 
 def read(text: str) -> Any:

@@ -122,9 +122,7 @@ NARROW = ("minimum: 10 °C, maximum: 70 °C", "minimum: 20 °C, maximum: 39 °C"
 
 
 @pytest.mark.parametrize("above", ["10 K", "25 K"])
-def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
-    above: str,
-) -> None:
+def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: str) -> None:
     wide = ("step: 10 K", "step: 15 K"), ("above: 10 K", f"above: {above}")
     controller = controller_of(changed("chamber", NARROW, *wide))
     keypad = facts_of(controller).keypad

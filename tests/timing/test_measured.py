@@ -9,8 +9,7 @@ from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 
 KEYPAD = "  - {kind: lcd_keypad, loop: air, step: 10 K}\n"
-SHORT_US = 20.0
-"""With interrupts off, in a machine of one loop at 16 MHz."""
+SHORT_US = 20.0  # with interrupts off, in a machine of one loop at 16 MHz
 CURRENT = (
     "current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4, "
     "tolerances: {scale: 2 %, offset: 10 mV, reference: 0.2 V}}"

@@ -1,7 +1,5 @@
 """Binaries from elsewhere: what is refused, whose core runs the instructions, and those of gcc 7.3.
-
-That one is measured as a build is shown by test_build.py.
-"""
+That one is measured as a build is shown by test_build.py."""
 
 import json
 import os
@@ -118,8 +116,6 @@ def test_a_device_keeps_its_core_through_a_loss_of_power(monkeypatch: pytest.Mon
         AvrDevice(example("chamber").controller, whole("chamber")).power_cycle()
     assert len(count) == 2
 
-
-# ---- gcc 7.3, which the PlatformIO of users installs: the examples build with it, and verify ----
 
 NAMES = sorted((file.stem for file in EXAMPLES.glob("*.yaml")), key=lambda name: name != "press")
 """The examples; first the one that is quick to verify."""

@@ -1,8 +1,6 @@
-"""The worst stack of programs: counted by hand, reached in the processor, or refused.
-
-C is the size of a return address, two bytes on most chips and three on an ATmega2560. `main` is
-called from the start-up code: C. The decoder agrees with the disassembler on every word.
-"""
+"""The worst stack of programs: counted by hand, reached in the processor, or refused. C is the size
+of a return address, two bytes on most chips and three on an ATmega2560. `main` is called from the
+start-up code: C. The decoder agrees with the disassembler on every word."""
 
 import re
 import subprocess
