@@ -355,8 +355,7 @@ def test_a_roll_tells_each_line_once() -> None:
             lines, number = roll.since(number)
             told += lines
     assert told == list(range(2997 + 1))[: len(told)]
-    assert len(roll.lines) == store.MOST_LINES
-    assert roll.since(0)[0][0] == 2000
+    assert (len(roll.lines), roll.since(0)[0][0]) == (store.MOST_LINES, 2000)
 
 
 def test_what_was_done_is_played_again_by_simulate(heatwright: Any, tmp_path: Path) -> None:

@@ -121,8 +121,7 @@ def test_build_delivers_what_a_programmer_takes(heatwright: Heatwright) -> None:
 
 def test_the_binary_shows_and_sends_what_it_does(heatwright: Heatwright) -> None:
     found = heatwright("simulate chamber.yaml --for 1min --vcd pins.vcd --json").json
-    assert found["device"] == "binary"
-    assert found["display"][1] == "Set temp 50°C   "
+    assert (found["device"], found["display"][1]) == ("binary", "Set temp 50°C   ")
     text = Path("pins.vcd").read_text(encoding="ascii")
     assert " D3_heater $end" in text
     assert " D9_display_E $end" in text

@@ -47,8 +47,7 @@ def test_the_block_pastes_into_a_spec(heatwright: Heatwright) -> None:
     pasted = text[: text.index("# The oven itself")] + done.out + "  scenario: [{for: 60 min}]\n"
     plant = load_text(pasted).controller.simulation
     assert plant is not None
-    assert plant.plant.heat == {"heater": "air"}
-    assert plant.ambient_c == pytest.approx(24.9, abs=4)
+    assert (plant.plant.heat, plant.ambient_c) == ({"heater": "air"}, pytest.approx(24.9, abs=4))
 
 
 def test_an_unnamed_column_is_that_of_the_loop(heatwright: Heatwright) -> None:
@@ -69,8 +68,7 @@ def test_json_has_the_intervals_and_files_are_written(
 ) -> None:
     words = "--power 40W -o plant.yaml --plot fit.svg --json"
     found = heatwright(f"identify {step_log} {words}").json
-    assert found["log"] == "step.csv"
-    assert (found["readings"], found["warnings"]) == (600, [])
+    assert (found["log"], found["readings"], found["warnings"]) == ("step.csv", 600, [])
     assert found["steps"][0] == {"time_s": 20.0, "before_W": 0.0, "after_W": 40.0}
     capacity = found["parameters"]["capacity_body"]
     assert capacity["low"] < capacity["value"] < capacity["high"]

@@ -40,8 +40,7 @@ def test_the_fewest_chambers_and_the_most_are_good_specs(bench: Any, tmp_path: P
         path = tmp_path / f"{count}.yaml"
         path.write_text(json.dumps(growth.chambers(count)), encoding="utf-8")
         controller = load(path).controller
-        assert len(controller.loops) == count
-        assert len(controller.simulation.plant.nodes) == 3 * count
+        assert (len(controller.loops), len(controller.simulation.plant.nodes)) == (count, 3 * count)
 
 
 def test_what_is_missing_is_told_and_left_out(

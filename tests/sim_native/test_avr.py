@@ -38,8 +38,7 @@ def test_what_does_not_fit() -> None:
 
 def test_ram_is_not_zero_at_power_on() -> None:
     avr = Avr("atmega328p", CLOCK_HZ)
-    assert avr.ram_size == 2048
-    assert set(avr.read_ram(0x100, 2048)) == {RAM_FILL}
+    assert (avr.ram_size, set(avr.read_ram(0x100, 2048))) == (2048, {RAM_FILL})
 
 
 def test_long_logs_are_kept_whole() -> None:
@@ -139,8 +138,7 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
     left = lambda undefined: bytes([undefined]) * 1024  # noqa: E731
     monkeypatch.setattr(device.avr.eeprom, "after_power_cut", left)
     device.power_cycle(undefined=0x5A)
-    assert device.avr.eeprom.contents == left(0x5A)
-    assert device.time_s == pytest.approx(3.5, abs=1e-3)
+    assert (device.avr.eeprom.contents, device.time_s) == (left(0x5A), pytest.approx(3.5, abs=1e-3))
     assert device.on_fraction("heater") == 0
     device.advance(6.0)
     steps = device.steps("air")
@@ -236,6 +234,5 @@ def test_a_cache_that_cannot_be_written_is_told_in_one_line(tmp_path: Path) -> N
     (tmp_path / "file").write_text("")
     surroundings = {"XDG_CACHE_HOME": str(tmp_path / "file")}
     run = subprocess.run(BUILD, env=surroundings, capture_output=True, text=True, check=False)
-    assert run.returncode == 1
-    assert run.stderr.count("\n") == 1
+    assert (run.returncode, run.stderr.count("\n")) == (1, 1)
     assert "set XDG_CACHE_HOME" in run.stderr

@@ -129,8 +129,7 @@ def test_a_character_without_an_edge_stays_unheard() -> None:
     uart.avr.run(0.005)
     uart.line.send(b"\x11", BAUD, ODD)
     uart.avr.run(0.005)
-    assert uart.heard() == b"\x5d\x11"
-    assert list(uart.heard("flags")) == [FE, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (b"\x5d\x11", [FE, 0])
 
 
 def test_a_break_is_one_zero_without_stop_bit() -> None:
@@ -138,8 +137,7 @@ def test_a_break_is_one_zero_without_stop_bit() -> None:
     uart.line.send_break(0.01)
     uart.line.send(b"A", BAUD, EVEN, gap_s=0.001)
     uart.avr.run(0.02)
-    assert uart.heard() == b"\x00A"
-    assert list(uart.heard("flags")) == [FE, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (b"\x00A", [FE, 0])
 
 
 @every_part
@@ -148,8 +146,7 @@ def test_an_overrun_is_told_with_the_next_byte_read(mcu: str) -> None:
     uart = listening(mcu, 0x06, "cli(); _delay_ms(5); sei(); _delay_ms(5);")
     uart.line.send(bytes(range(1, 7)), BAUD)
     uart.avr.run(0.02)
-    assert uart.heard() == bytes([1, 2, 3])
-    assert list(uart.heard("flags")) == [DOR, 0, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (bytes([1, 2, 3]), [DOR, 0, 0])
 
 
 def test_a_flood_on_a_receiver_that_is_off_does_nothing() -> None:
@@ -195,8 +192,7 @@ def test_every_format_is_sent(mcu: str, form: Format, code: int) -> None:
     assert {Format.of(int(each)) for each in sent["format"]} == {form}
     assert set(np.diff(sent["end"].astype(int))) == {form.bits * 16 * 52}
     assert set(sent["bit_cycles"]) == {16 * 52}
-    assert uart.line.frame_s == form.bits * 16 * 52 / CLOCK_HZ
-    assert uart.line.overruns == 0
+    assert (uart.line.frame_s, uart.line.overruns) == (form.bits * 16 * 52 / CLOCK_HZ, 0)
     mask = (1 << form.data_bits) - 1
     due = [(value & mask, True) for value in sent["value"].tolist()]
     assert [heard(each, form, CLOCK_HZ / BAUD) for each in sent] == due
@@ -217,8 +213,7 @@ def test_what_is_sent_in_another_format_is_heard_wrong() -> None:
     uart.avr.run(0.01)
     (sent,) = uart.avr.uarts.take()
     bit = CLOCK_HZ / BAUD
-    assert heard(sent, ODD, bit) == (0x55, True)
-    assert heard(sent, EVEN, bit) == (0x55, False)
+    assert (heard(sent, ODD, bit), heard(sent, EVEN, bit)) == ((0x55, True), (0x55, False))
     assert heard(sent, ODD, bit / 2)[1] is False
 
 
@@ -311,8 +306,7 @@ def test_nine_bits_go_both_ways() -> None:
     uart = listening("atmega328p", 0x06, extra=0x04)
     uart.line.send(b"\x12\x34", BAUD, Format(9, "none", 1), flips=[1 << 9, 0])
     uart.avr.run(0.01)
-    assert uart.heard() == b"\x12\x34"
-    assert list(uart.heard("ninth")) == [2, 0]
+    assert (uart.heard(), list(uart.heard("ninth"))) == (b"\x12\x34", [2, 0])
 
 
 def test_a_reset_ends_what_is_received() -> None:

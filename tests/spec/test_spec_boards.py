@@ -144,8 +144,7 @@ def test_names_and_functions_of_pins(board: Board) -> None:
     channels = [pin.adc for pin in pins if pin.adc is not None]
     assert len(channels) == len(set(channels)) >= 6
     for uart in board.uarts:
-        assert board.pins[uart.rx].serial == "rx"
-        assert board.pins[uart.tx].serial == "tx"
+        assert (board.pins[uart.rx].serial, board.pins[uart.tx].serial) == ("rx", "tx")
     assert [pin.name for pin in pins if pin.led] == ([] if board.bootloader_bytes == 0 else ["D13"])
     assert any(pin.bootloader for pin in pins) == (board.bootloader_bytes > 0)
     assert board.clock_hz <= board.fastest_hz
@@ -321,6 +320,5 @@ def test_ticks_of_odd_clocks() -> None:
 )
 def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
     setting = baud_setting(clock_hz, baud)
-    assert setting.divisor == divisor
-    assert setting.baud == clock_hz / 8 / (divisor + 1)
+    assert (setting.divisor, setting.baud) == (divisor, clock_hz / 8 / (divisor + 1))
     assert (abs(setting.error) <= BAUD_TOLERANCE) == borne

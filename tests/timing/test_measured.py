@@ -59,8 +59,7 @@ def test_what_was_measured_is_no_accident(timing: Timing) -> None:
     assert masked_us < SHORT_US, "it has one loop, and nothing at the heater's gate but a fan"
     assert 0.9 < timing.idle_fraction < 1
     cycles = [each.longest for each in timing.functions]
-    assert len(cycles) == 10
-    assert cycles == sorted(cycles, reverse=True)
+    assert (len(cycles), cycles) == (10, sorted(cycles, reverse=True))
 
 
 def test_more_stack_than_the_code_explains(chamber: Controller, chamber_elf: Path) -> None:
@@ -114,8 +113,7 @@ def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> 
         return
     assert failed(timing) == {figure}
     if what == "interrupts off":
-        assert found.where == "panel_tick"
-        assert found.worst == pytest.approx(60, abs=2)
+        assert (found.where, found.worst) == ("panel_tick", pytest.approx(60, abs=2))
     if what == "a loop that loses ticks":
         assert found.details["drift_per_hour"] > 500_000
     if what == "a key that is shown with the next step":

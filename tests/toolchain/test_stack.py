@@ -149,8 +149,7 @@ def test_a_table_between_a_switch_and_its_cases_is_read(tmp_path: Path) -> None:
     command = "avr-gcc -mmcu=atmega328p -nostdlib -Wl,--defsym=__stack=0x8ff -o main.elf main.S"
     subprocess.run(command.split(), cwd=tmp_path, check=True)
     stack = worst_stack(tmp_path / "main.elf")
-    assert stack.program_chain == ("reset", "choose", "leaf")
-    assert stack.program == 2 + 2 + 20 + 2 + 1
+    assert (stack.program_chain, stack.program) == (("reset", "choose", "leaf"), 2 + 2 + 20 + 2 + 1)
 
 
 def test_library_routines_are_followed() -> None:
