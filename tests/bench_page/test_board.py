@@ -122,10 +122,8 @@ def test_a_register_is_written_and_all_are_read() -> None:
     values = seat.of("modbus_rtu")["values"]
     assert (values["nozzle.setpoint"], values["nozzle.enabled"]) == (215, 1)
     assert values["nozzle.setpoint_in_force"] == seat.state["loops"]["nozzle"]["setpoint_c"] == 215
-    names = {each["name"] for each in seat.board.seats[0].about()["registers"]}
-    assert set(values) == names
-    leds = {each["meaning"]: each["bright"] for each in seat.of("indicators")["leds"]}
-    assert leds["enabled"]
+    assert set(values) == {each["name"] for each in seat.board.seats[0].about()["registers"]}
+    assert {each["meaning"]: each["bright"] for each in seat.of("indicators")["leds"]}["enabled"]
 
 
 def test_a_touch_shows_another_page_as_a_picture() -> None:
@@ -281,8 +279,7 @@ def test_heat_goes_with_the_square_of_the_supply_and_less_by_the_load() -> None:
     assert whole_k > 10
     assert warmed_k(supply={"percent": 50}) == pytest.approx(whole_k / 4, abs=0.02)
     # What is taken away is so from the start: a second and a half before the heat.
-    taken_k = warmed_k(load={"heater": "heater", "watts": 120})
-    assert taken_k < whole_k / 2 + 0.02
+    assert warmed_k(load={"heater": "heater", "watts": 120}) < whole_k / 2 + 0.02
     assert warmed_k(load={"heater": "heater", "watts": 0}) == whole_k
 
 

@@ -297,8 +297,7 @@ def test_axe_finds_nothing(opened: Open, spec: str, scheme: str, width: int) -> 
 
 
 def test_a_recorded_course_is_drawn_by_the_same_chart(opened: Open) -> None:
-    about = {"title": "Oven", "loop": "air", "source": "step.csv", "live": False}
-    shown = Shown(about, "air")
+    shown = Shown({"title": "Oven", "loop": "air", "source": "step.csv", "live": False}, "air")
     shown.tell([Reading(float(s), 20 + s / 10, 60.0, 100.0) for s in range(600)])
     with running(Server(shown)) as (server, _):
         page = opened(server.address)

@@ -313,8 +313,7 @@ RUN = {step["name"]: step["run"] for step in JOB_STEPS if "run" in step}
 
 def step(name: str, **given: str) -> subprocess.CompletedProcess[str]:
     given["PATH"] = f"{sysconfig.get_path('scripts')}:{os.environ['PATH']}"
-    words = ["bash", "-e", "-c", RUN[name]]
-    return finished(words, env=os.environ | given)
+    return finished(["bash", "-e", "-c", RUN[name]], env=os.environ | given)
 
 
 def test_the_steps_of_the_workflow_hold_for_a_good_spec(heatwright: Heatwright) -> None:

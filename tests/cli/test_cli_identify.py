@@ -89,8 +89,7 @@ def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) 
     Path("plotter.log").write_text("garbage\n" + "\n".join(lines), encoding="utf-8")
     found = heatwright("identify plotter.log --spec chamber.yaml --json").json
     # The record's 40 W at full duty are the spec's 240 W here.
-    capacity = found["parameters"]["capacity_air"]
-    assert capacity["value"] == pytest.approx(400 * 240 / 40, rel=0.02)
+    assert found["parameters"]["capacity_air"]["value"] == pytest.approx(400 * 240 / 40, rel=0.02)
     # A reading is 0.78 s old when it is logged, which is no dead time of the machine.
     delay = found["parameters"]["delay"]
     assert delay["low"] <= 1.0 - 0.78 <= delay["high"]
@@ -201,8 +200,7 @@ def test_an_experiment_that_fails_is_told(heatwright: Heatwright) -> None:
 def test_an_on_off_loop_gets_a_pid(heatwright: Heatwright) -> None:
     window = "{kind: time_proportional, pin: D3, window: 1 s, power: 240 W}"
     spec = changed("chamber", "{kind: digital, pin: D3, power: 240 W}", window)
-    found = only(heatwright(f"tune {spec} --method simc --at 50C --json").json)
-    (simc,) = found["methods"]
+    (simc,) = only(heatwright(f"tune {spec} --method simc --at 50C --json").json)["methods"]
     assert simc["method"] == "simc"
     assert simc["gains"]["derivative_filter_s"] > 0
     assert simc["closed_loop"]["maximum"] < 55

@@ -246,8 +246,7 @@ def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
     del heatwright
     with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
         words = [HEATWRIGHT, "plot", "oven.yaml", "--port", port, "--record", "out.csv"]
-        shell = ["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words]
-        done = finished(shell, timeout=30)
+        done = finished(["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words], timeout=30)
     assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
 
 

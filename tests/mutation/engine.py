@@ -275,7 +275,6 @@ class Engine:
 
     def _close(self) -> None:
         """End the processes of arenas that have nothing left to judge."""
-        working = {number for number, _ in self._busy.values()}
-        for number in set(self._courts) - working:
+        for number in set(self._courts) - {number for number, _ in self._busy.values()}:
             if self._ahead[number] == 0:
                 self._courts.pop(number).close()

@@ -36,8 +36,7 @@ class Report:
         """Mutants that compile; of them killed, equal, listed and survived."""
         fates = Counter(self.fate(case) for cases in groups for case in cases)
         del fates["stillborn"]
-        kinds = ("killed", "equal", "listed", "survived")
-        return (fates.total(), *(fates[kind] for kind in kinds))
+        return (fates.total(), *(fates[kind] for kind in ("killed", "equal", "listed", "survived")))
 
     def survivors(self) -> list[str]:
         lines = []

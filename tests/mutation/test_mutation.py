@@ -66,8 +66,7 @@ def said_by(text: str, folder: Path, number: int = 0) -> str:
     """Compile the small file with its driver and return what it prints."""
     for name, content in (("small.c", text), ("small.h", HEADER), ("driver.c", DRIVER)):
         (folder / name).write_text(content, encoding="utf-8")
-    command = ["gcc", "-w", "small.c", "driver.c", "-o", "small"]
-    subprocess.run(command, cwd=folder, check=True)
+    subprocess.run(["gcc", "-w", "small.c", "driver.c", "-o", "small"], cwd=folder, check=True)
     shown = finished(
         ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)}
     )
@@ -208,8 +207,7 @@ class Small:
         pass
 
     def problem(self, built: Path) -> str:
-        command = ["prlimit", "--cpu=1", built]
-        shown = finished(command, check=True).stdout
+        shown = finished(["prlimit", "--cpu=1", built], check=True).stdout
         return "it says something else" if self.compares and shown != self.expected else ""
 
 

@@ -212,8 +212,7 @@ def test_its_example_fits_the_schema_and_becomes_a_firmware(
     for words in (("check",), ("generate", "-o", "firmware"), ("generate", "--check")):
         done = heatwright(beside, *words, str(example), cwd=tmp_path)
         assert done.returncode == (words[-1] == "--check"), done.stdout + done.stderr
-    driver = (tmp_path / "firmware" / "src" / outside.driver).read_text("utf-8")
-    assert outside.said in driver
+    assert outside.said in (tmp_path / "firmware" / "src" / outside.driver).read_text("utf-8")
 
 
 @each_outside
@@ -224,8 +223,7 @@ def test_its_firmware_verifies_and_its_own_tests_pass(
     example = site_of(beside) / outside.package / "example.yaml"
     done = heatwright(beside, "verify", str(example), "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    faults = {each["fault"] for each in json.loads(done.stdout)["faults"]}
-    assert outside.faults <= faults
+    assert outside.faults <= {each["fault"] for each in json.loads(done.stdout)["faults"]}
     tests = outside.folder / "tests"
     words = [beside / "bin" / "python", "-m", "pytest", "-q", tests, "--rootdir", "."]
     own = finished([*words, "-p", "no:cacheprovider"], cwd=tmp_path)

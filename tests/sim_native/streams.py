@@ -339,8 +339,7 @@ class _Writer:
 
     def registers(self) -> None:
         """IN and OUT of what belongs to the core."""
-        names = (("out", SREG), *(("in", each) for each in (SREG, SPL, SPH)))
-        name, place = self.rng.choice(names)
+        name, place = self.rng.choice((("out", SREG), *(("in", each) for each in (SREG, SPL, SPH))))
         self.emit(name, A=place)
 
     def io(self) -> None:

@@ -347,8 +347,7 @@ def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     avr = running(f"{setup} for (;;) PIND = 0xf0;")
     avr.pins.watch("PD3")
     avr.run(0.1)
-    cycles = avr.pins.take()["cycle"].astype(int)
-    gaps = set(np.diff(cycles[2:]).tolist())
+    gaps = set(np.diff(avr.pins.take()["cycle"].astype(int)[2:]).tolist())
     assert all(abs(gap - 128 * 256) < 20 for gap in gaps), gaps
 
 

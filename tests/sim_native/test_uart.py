@@ -232,8 +232,7 @@ def test_the_end_of_the_last_byte_is_told_once(mcu: str) -> None:
     uart.avr.run(0.01)
     assert uart.heard() == b"\0\0"
     ends = uart.avr.uarts.take()["end"].astype(int)
-    rise = int(uart.avr.pins.take()["cycle"][-1])
-    assert 0 <= rise - ends[1] < 60
+    assert 0 <= int(uart.avr.pins.take()["cycle"][-1]) - ends[1] < 60
     assert len(ends) == 3
 
 

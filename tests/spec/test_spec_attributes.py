@@ -283,8 +283,7 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     name = what if what in COMMANDS else f"air.{what}"
     event = f"{{{name}: {written}}}}}\n    - {{at: 6 s, write: {{air"
     text = changed("dryer", ("{air.setpoint: 70 °C, air", event))
-    simulation = load_text(text).controller.simulated
-    assert simulation.scenario[0].write == (Write(name, value),)
+    assert load_text(text).controller.simulated.scenario[0].write == (Write(name, value),)
 
 
 @pytest.mark.parametrize("bits", [9, 10, 11, 12])

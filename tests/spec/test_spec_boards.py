@@ -23,8 +23,7 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 
 @cache
 def preprocessed(mcu: str, *words: str) -> str:
-    command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
-    return finished(command, check=True).stdout
+    return finished(["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words], check=True).stdout
 
 
 @cache

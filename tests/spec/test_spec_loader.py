@@ -303,6 +303,5 @@ def test_durations_in_messages_can_be_pasted_back(text: str) -> None:
 
 @given(st.floats(1e-6, 1e6))
 def test_an_advised_limit_is_never_too_little(value: float) -> None:
-    advised = float(rounded_up(value))
-    assert value * (1 - 1e-12) <= advised <= value * 1.011
+    assert value * (1 - 1e-12) <= float(rounded_up(value)) <= value * 1.011
     assert abs(float(about(value)) - value) <= value * 0.00501

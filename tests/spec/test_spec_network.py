@@ -34,8 +34,7 @@ def heated(*running: str, **changes: object) -> Heated:
         "heat": {"heater": "body"},
         "sense": {"probe": {"node": "body", "lag": "10 s"}},
     }
-    network = ThermalNetwork.model_validate(plant | changes)
-    return Heated(network, "heater", "probe", 20.0, running)
+    return Heated(ThermalNetwork.model_validate(plant | changes), "heater", "probe", 20.0, running)
 
 
 @pytest.mark.parametrize("names", [("fan",), ("fan", "cooler")])
@@ -64,8 +63,7 @@ def test_the_rise_is_that_of_two_lags() -> None:
 
 
 def test_steps_grow_to_the_longest() -> None:
-    course = heated().course(heated().start(0), 1, 0.5, 2.5)
-    times = [time for time, _ in islice(course, 300)]
+    times = [time for time, _ in islice(heated().course(heated().start(0), 1, 0.5, 2.5), 300)]
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 

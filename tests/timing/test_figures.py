@@ -81,8 +81,7 @@ def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
     refreshes = [30.1 * each for each in range(20)]
     times = np.array(aimed(600, steps, refreshes))
     assert (np.diff(times) > 0.3).all()
-    tick_phases = np.histogram(times % 0.01, 10, (0, 0.01))[0]
-    assert tick_phases.min() > 0.5 * len(times) / 10
+    assert np.histogram(times % 0.01, 10, (0, 0.01))[0].min() > 0.5 * len(times) / 10
     for aims, least in ((steps, 100), (refreshes, 10)):
         off = (times[:, None] - np.array(aims)[None, :]).ravel()
         near = off[(off >= -0.045) & (off <= 0.010)]
@@ -124,8 +123,7 @@ def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: s
     controller = controller_of(changed("chamber", NARROW, *wide))
     keypad = facts_of(controller).keypad
     assert keypad is not None
-    times_s = [5 + 0.5 * each for each in range(40)]
-    pressed = presses(controller, keypad, times_s)
+    pressed = presses(controller, keypad, [5 + 0.5 * each for each in range(40)])
     assert {press.setpoint_c for press in pressed} == {20.0, 35.0}
     after_s = np.diff([press.time_s for press in pressed])
     assert after_s.min() > 0.3

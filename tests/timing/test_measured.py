@@ -63,8 +63,7 @@ def test_what_was_measured_is_no_accident(timing: Timing) -> None:
 
 
 def test_more_stack_than_the_code_explains(chamber: Controller, chamber_elf: Path) -> None:
-    timing = measure(chamber, chamber_elf, static_stack_bytes=40)
-    assert failed(timing) == {"stack_used_bytes"}
+    assert failed(measure(chamber, chamber_elf, static_stack_bytes=40)) == {"stack_used_bytes"}
 
 
 Change = tuple[str, str]
@@ -122,8 +121,7 @@ def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> 
 
 
 def test_a_controller_without_keys() -> None:
-    warm = ("initial: 20 °C", "initial: 50 °C")
-    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""), warm)
+    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""), ("initial: 20 °C", "initial: 50 °C"))
     controller = spec_of(text).controller
     assert not any(part.kind == "lcd_keypad" for part in controller.interfaces)
     timing = measure(controller, whole(text))

@@ -54,8 +54,7 @@ REFUSED = {
 def test_a_file_is_refused(
     made: Any, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["verify", str(EXAMPLES / "chamber.yaml"), "--elf", str(made(tmp_path))]
-    assert ended(cli, words) == 2
+    assert ended(cli, ["verify", str(EXAMPLES / "chamber.yaml"), "--elf", str(made(tmp_path))]) == 2
     told = capsys.readouterr().err
     assert reason in told
     assert "bug" not in told
@@ -130,8 +129,7 @@ def second(monkeypatch: pytest.MonkeyPatch) -> str:
         pytest.skip("the second compiler is missing: make setup EVIDENCE=1")
     folder = Path(found.submodule_search_locations[0]) / "bin"
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
-    asked = ["avr-gcc", "-dumpversion"]
-    return finished(asked, check=True).stdout.strip()
+    return finished(["avr-gcc", "-dumpversion"], check=True).stdout.strip()
 
 
 def built(name: str, folder: Path) -> BuildResult:

@@ -300,8 +300,7 @@ def listing(mcu: str) -> tuple[bytes, str]:
     elf = compiled(MUCH + PROGRAM, "-lm", mcu=mcu).path
     with elf.open("rb") as file:
         code: bytes = ELFFile(file).get_section_by_name(".text").data()
-    words = ["avr-objdump", "-d", str(elf)]
-    return code, finished(words, check=True).stdout
+    return code, finished(["avr-objdump", "-d", str(elf)], check=True).stdout
 
 
 def changed(mnemonic: str, operands: str) -> set[int]:
