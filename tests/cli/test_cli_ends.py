@@ -239,8 +239,7 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
           for command in ("", "generate", "verify", "identify", "tune")),
         ("check --quick CHAMBER", HEAVY | {"jinja2", "difflib"}),
         ("check CHAMBER", HEAVY - {"numpy", "scipy", "elftools"} | {"PIL", "jinja2"}),
-        ("generate CHAMBER -o out", HEAVY),
-        ("generate CHAMBER -o out --check", HEAVY),
+        ("generate CHAMBER -o out", HEAVY), ("generate CHAMBER -o out --check", HEAVY),
         ("init new.yaml", HEAVY),
     ],
 )  # fmt: skip
@@ -275,12 +274,10 @@ def pattern(printed: str) -> str:
 @pytest.mark.parametrize(
     ("found", "fits"),
     [
-        ("a\nb 1 c\n", True),
-        ("a\nx\ny\nb 2 c\n", True),
-        ("a\nb 2\n", False),
+        ("a\nb 1 c\n", True), ("a\nx\ny\nb 2 c\n", True), ("a\nb 2\n", False),
         ("a\nb 2\n c\n", False),
     ],
-)
+)  # fmt: skip
 def test_what_is_left_out_may_be_anything(found: str, fits: bool) -> None:
     assert bool(re.fullmatch(pattern("a\n…\nb … c\n"), found)) == fits
 

@@ -289,12 +289,10 @@ SCENARIOS = {
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("", "Usage:"),
-        ("generat x.yaml", "Did you mean 'generate'?"),
+        ("", "Usage:"), ("generat x.yaml", "Did you mean 'generate'?"),
         ("generate", "Missing argument 'SPEC'"),
         ("generate none.yaml", "none.yaml: cannot be read: no such file or directory."),
-        ("generate .", ".: cannot be read: is a directory."),
-        ("generate ''", "the name is empty"),
+        ("generate .", ".: cannot be read: is a directory."), ("generate ''", "the name is empty"),
         ("generate chamber.yaml -o ''", "the name is empty"),
         ("generate pipe", "pipe: cannot be read: it is no regular file."),
         ("init none/a.yaml", "none/a.yaml: cannot be written: no such file or directory."),

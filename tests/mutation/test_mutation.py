@@ -79,13 +79,11 @@ MUTANTS = mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=True)
 @pytest.mark.parametrize(
     ("kind", "what"),
     [
-        (Kind.STATEMENT, "sum = a + b * 2; -> nothing"),
-        (Kind.STATEMENT, "break; -> nothing"),
+        (Kind.STATEMENT, "sum = a + b * 2; -> nothing"), (Kind.STATEMENT, "break; -> nothing"),
         (Kind.STATEMENT, "return sum & 12; -> nothing"),
         (Kind.CONDITION, "if (a < b && b != 7) -> if (!(a < b && b != 7))"),
         (Kind.CONDITION, "if (a < b && b != 7) -> if (1)"),
-        (Kind.CONDITION, "if (a < b && b != 7) -> if (0)"),
-        (Kind.CONDITION, "i < b -> 0"),
+        (Kind.CONDITION, "if (a < b && b != 7) -> if (0)"), (Kind.CONDITION, "i < b -> 0"),
         (Kind.CONDITION, "return a == 5 ? sum : -kept; -> return 1 ? sum : -kept;"),
         (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a <= b && b != 7)"),
         (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a < b || b != 7)"),
@@ -99,13 +97,12 @@ MUTANTS = mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=True)
         (Kind.EXPRESSION, "sum -= ~a; -> sum -= (a);"),
         (Kind.EXPRESSION, "sum <<= 1; -> sum >>= 1;"),
         (Kind.EXPRESSION, "return sum & 12; -> return sum | 12;"),
-        (Kind.EXPRESSION, "kept++; -> kept--;"),
-        (Kind.ALONE, "case FIRST: -> nothing"),
+        (Kind.EXPRESSION, "kept++; -> kept--;"), (Kind.ALONE, "case FIRST: -> nothing"),
         (Kind.ALONE, "FIRST = 1 -> FIRST = 2"),
         (Kind.ALONE, "static volatile int kept = 3; -> static volatile int kept = 4;"),
         (Kind.ORDER, "static volatile int kept = 3; -> static int kept = 3;"),
     ],
-)
+)  # fmt: skip
 def test_every_operator_makes_its_mutants(kind, what):
     found = {mutant.what: mutant for mutant in MUTANTS}
     assert what in found, "\n".join(sorted(found))

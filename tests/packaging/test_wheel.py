@@ -140,36 +140,26 @@ class Outside:
 
 
 MAX31865 = Outside(
-    "sensor",
-    "max31865",
-    "Max31865",
-    "sensor_air.c",
-    "MAX31865, CS D10",
+    "sensor", "max31865", "Max31865", "sensor_air.c", "MAX31865, CS D10",
     frozenset({"element_broken", "element_shorted", "orders_shorted_to_supply"}),
     {
         "plan.py": "the plan of its firmware, which must define plan",
         "simulated.py": "the simulation at its pins, which must define attach",
         "reference.py": "the reference model, which must define IdealSensor and converter",
         "faults.py": "the faults, which must define cut and faults and mend",
-        "example.yaml": "a spec that uses max31865",
-        "templates/max31865.c.j2": "",
+        "example.yaml": "a spec that uses max31865", "templates/max31865.c.j2": "",
     },
-)
+)  # fmt: skip
 I2C_LCD = Outside(
-    "interface",
-    "i2c_lcd",
-    "I2cLcd",
-    "i2c_lcd_bus.c",
-    "SDA A4 = PC4, SCL A5 = PC5",
+    "interface", "i2c_lcd", "I2cLcd", "i2c_lcd_bus.c", "SDA A4 = PC4, SCL A5 = PC5",
     frozenset({"power_cut", "reset_button"}),
     {
         "plan.py": "the plan of its firmware, which must define plan",
         "simulated.py": "the simulation at its pins, which must define attach",
         "seat.py": "the place at the bench, which must define take",
-        "example.yaml": "a spec that uses i2c_lcd",
-        "templates/i2c_lcd_bus.c.j2": "",
+        "example.yaml": "a spec that uses i2c_lcd", "templates/i2c_lcd_bus.c.j2": "",
     },
-)
+)  # fmt: skip
 OUTSIDE = (I2C_LCD, MAX31865)
 each_outside = pytest.mark.parametrize("outside", OUTSIDE, ids=lambda each: each.kind)
 PACKAGE = MAX31865.package

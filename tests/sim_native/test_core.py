@@ -400,17 +400,14 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
         "avr8js_firmware.cjs",
         {
             "flash": base64.b64encode(program.flash.ljust(board.flash_bytes, b"\xff")).decode(),
-            "ram_end": board.ram_start + board.ram_bytes - 1,
-            "clock_hz": board.clock_hz,
-            "cycles": seconds * board.clock_hz,
-            "vectors": VECTORS[board.mcu],
+            "ram_end": board.ram_start + board.ram_bytes - 1, "clock_hz": board.clock_hz,
+            "cycles": seconds * board.clock_hz, "vectors": VECTORS[board.mcu],
             "ports": sorted({pin[1] for pin in pins}),
-            "high": [[pin[1], int(pin[2])] for pin in pulled],
-            "volts": [IDLE_V] * 8,
+            "high": [[pin[1], int(pin[2])] for pin in pulled], "volts": [IDLE_V] * 8,
             "counter": {"address": counter.address, "size": counter.size},
             "ram": {"address": first, "size": end - first},
         },
-    )
+    )  # fmt: skip
     assert told["resets"] == len(avr.take_resets())  # one where the watchdog is proven
     assert driven(avr.pins.take()) == [(f"P{port}{bit}", now) for port, bit, now in told["pins"]]
     sent = avr.uarts.take()["value"].tolist()

@@ -86,13 +86,10 @@ def test_what_is_broken_shows_at_its_line() -> None:
     avr, fan = fan_of(ON)
     avr.run(3.0)
     for how, rises, stands in (
-        ({"pace": 0.0}, 0, None),
-        ({"wire": Wire.TORN}, 0, True),
-        ({"wire": Wire.SHORTED}, 0, False),
-        ({"noise_hz": 400.0}, 400, None),
-        ({"pace": 0.25}, 50, None),
-        ({"wire": Wire.TORN, "noise_hz": 400.0}, 0, True),
-    ):
+        ({"pace": 0.0}, 0, None), ({"wire": Wire.TORN}, 0, True),
+        ({"wire": Wire.SHORTED}, 0, False), ({"noise_hz": 400.0}, 400, None),
+        ({"pace": 0.25}, 50, None), ({"wire": Wire.TORN, "noise_hz": 400.0}, 0, True),
+    ):  # fmt: skip
         fan.fail(**how)  # type: ignore[arg-type]
         avr.run(0.001)
         avr.pins.take()

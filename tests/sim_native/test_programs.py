@@ -69,12 +69,9 @@ def test_names_that_are_not_there(program: Elf) -> None:
     for name, message in (
         ("nowhere", "no variable nowhere"),
         ("state.nothing", "state has no member nothing .it has code, temp"),
-        ("state.path[3]", "no element 3"),
-        ("hidden[0]", "hidden has no element 0"),
-        ("state..code", "not the name"),
-        ("", "not the name"),
-        ("state code", "not the name"),
-    ):
+        ("state.path[3]", "no element 3"), ("hidden[0]", "hidden has no element 0"),
+        ("state..code", "not the name"), ("", "not the name"), ("state code", "not the name"),
+    ):  # fmt: skip
         assert name not in variables
         with pytest.raises(ElfError, match=message):
             variables[name]

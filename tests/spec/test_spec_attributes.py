@@ -34,8 +34,7 @@ TEXTS = {
 
 READ: dict[str, dict[str, dict[str, object]]] = {
     "least": {
-        "identity": {"title": None},
-        "board": {"clock_hz": 16_000_000},
+        "identity": {"title": None}, "board": {"clock_hz": 16_000_000},
         "loops.air": {"fan": None, "period_s": 1.0},
         "loops.air.protection": {
             "maximum_c": 85.0, "minimum_c": -10.0, "rise_rate_k_per_s": 5.0, "stale_after_s": 5.0,
@@ -47,8 +46,7 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         "": {"interfaces": (), "simulation": None, "comparison": ()},
     },
     "slow": {
-        "identity": {"clock_hz": 8e6},
-        "board": {"clock_hz": 8_000_000, "clock_hz.__class__": int},
+        "identity": {"clock_hz": 8e6}, "board": {"clock_hz": 8_000_000, "clock_hz.__class__": int},
         "loops.air.protection": {"maximum_c": 75.0},
     },
     "off": {
@@ -58,8 +56,7 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         },
     },
     "extruder": {
-        "sensors.nozzle": {"conversion_s": 0.04},
-        "outputs.heater": {"full_share": 1.0},
+        "sensors.nozzle": {"conversion_s": 0.04}, "outputs.heater": {"full_share": 1.0},
         "simulation.scenario.0": {"send": "M104 S200", "extrude_mm_per_s": None},
         "simulation.scenario.1": {"send": None, "extrude_mm_per_s": 5.0},
         "simulation.plant.filament": {"node": "block", "heat_j_per_k_mm": 0.0056},
@@ -153,8 +150,7 @@ STORED = tuple({"name": 12 * str(i), "segments": ({"hold": "1 h"},)} for i in ra
         ({}, {"points": 10, "places": 3, "stored": (), "hold_back": language.HoldBack(),
               "after_power_loss": language.AfterPowerLoss()}),
         # As many places as are stored.
-        ({"stored": STORED}, {"places": 5}),
-        ({"stored": STORED, "places": 7}, {"places": 7}),
+        ({"stored": STORED}, {"places": 5}), ({"stored": STORED, "places": 7}, {"places": 7}),
         ({"hold_back": "5 K"}, {"hold_back.within_k": 5.0, "hold_back.limit_s": 7200.0}),
         ({"hold_back": {"within": "5 K", "limit": "30 min"}},
          {"hold_back.within_k": 5.0, "hold_back.limit_s": 1800.0}),

@@ -203,8 +203,7 @@ def told(use: TimerUse) -> str:
 @pytest.mark.parametrize(
     ("board", "sensors", "outputs", "expected"),
     [
-        ("uno", 1, "", "tick: 1, s0: 2"),
-        ("uno", 2, "", "tick: 1, s0: 2, s1: 0"),
+        ("uno", 1, "", "tick: 1, s0: 2"), ("uno", 2, "", "tick: 1, s0: 2, s1: 0"),
         ("mega2560", 5, "", "tick: 1, s0: 2, s1: 0, s2: 5, s3: 4, s4: 3"),
         # PWM comes first; there are five interrupts a tick on timer 2 as on timer 0, which is last.
         ("uno", 1, "D9 1 kHz", "tick: 2, s0: 0, D9: 1A 1*16000"),

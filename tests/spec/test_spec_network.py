@@ -28,12 +28,10 @@ EPSILON = np.finfo(float).eps
 def heated(*running: str, **changes: object) -> Heated:
     """One node of 100 J/K behind 0.5 K/W: 50 s; a sensor with a lag of 10 s."""
     plant = {
-        "kind": "thermal_network",
-        "nodes": {"body": "100 J/K"},
+        "kind": "thermal_network", "nodes": {"body": "100 J/K"},
         "links": ({"between": ("body", "ambient"), "resistance": "0.5 K/W"},),
-        "heat": {"heater": "body"},
-        "sense": {"probe": {"node": "body", "lag": "10 s"}},
-    }
+        "heat": {"heater": "body"}, "sense": {"probe": {"node": "body", "lag": "10 s"}},
+    }  # fmt: skip
     return Heated(ThermalNetwork.model_validate(plant | changes), "heater", "probe", 20.0, running)
 
 

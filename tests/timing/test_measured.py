@@ -132,13 +132,11 @@ def test_a_controller_without_keys() -> None:
 def test_a_fan_beside_a_cooler_and_a_watched_relay_keeps_interrupts_short() -> None:
     """The longest tick that a single loop has."""
     spec = changed(
-        "fabricator",
-        (", current: {sensor: current, limit: 3 A}", ""),
-        (", current: {of: heater}", ""),
-        (f"  {CURRENT}\n", ""),
+        "fabricator", (", current: {sensor: current, limit: 3 A}", ""),
+        (", current: {of: heater}", ""), (f"  {CURRENT}\n", ""),
         ("\nloops:", f"\n  blower: {{{BLOWER}}}\n\nloops:"),
         ("    heater: heater\n", "    heater: heater\n    fan: blower\n"),
-    )
+    )  # fmt: skip
     timing = measure(spec_of(spec).controller, whole(spec))
     assert failed(timing) == set()
     masked_us = timing.figures["longest_interrupts_off_us"].worst
