@@ -65,14 +65,11 @@ class Seated:
         return self.state["interfaces"][self.number(kind)]
 
     def missing(self, loop: str) -> list[str]:
-        """Return the ids of the permits that are missing."""
         return [each["id"] for each in self.state["loops"][loop]["missing"]]
 
 
 @dataclass
 class Bench:
-    """address -- of the page; thread -- the server's."""
-
     board: Board
     server: Server
     thread: Thread

@@ -286,9 +286,7 @@ def test_axe_finds_nothing(opened: Open, spec: str, scheme: str, width: int) -> 
         first = next(iter(bench.board.world.breakage.causes))
         page.locator(f'input[data-fault="{first}"]').check()
         expect(page.locator("#fault")).to_be_visible()
-        page.evaluate(
-            "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
-        )
+        page.evaluate("document.querySelectorAll('details').forEach((each) => each.open = true)")
         page.evaluate(AXE.read_text("utf-8"))
         found = page.evaluate("axe.run()")["violations"]
         wrong = [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]

@@ -59,7 +59,6 @@ class Tab:
         self._number = 0
 
     def until(self, met: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-        """Read until a message is as wanted."""
         while True:
             found: dict[str, Any] = json.loads(self._line.recv(timeout=60))
             self.state |= found.get("state", {})

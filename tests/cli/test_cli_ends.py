@@ -82,7 +82,6 @@ def test_a_bug_shows_its_place_where_asked_for(
 
 @contextmanager
 def started(*words: object, stdout: Any = subprocess.PIPE, **more: Any) -> Iterator[Any]:
-    """Start a command as a process of its own; what it says of itself is the file `stderr`."""
     line = [*PROGRAM, *map(str, words)]
     pipes = {"stdout": stdout, "stderr": subprocess.PIPE}
     with subprocess.Popen(line, text=True, **pipes, **more) as process:
@@ -246,9 +245,7 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
 def test_nothing_heavy_is_imported(words: str, banned: set[str], tmp_path: Path) -> None:
     arguments = [word.replace("CHAMBER", f"{EXAMPLES}/chamber.yaml") for word in words.split()]
     program = (
-        "import sys\n"
-        "from heatwright.cli.ends import ended\n"
-        "from heatwright.cli.main import cli\n"
+        "import sys\nfrom heatwright.cli.ends import ended\nfrom heatwright.cli.main import cli\n"
         f"ended(cli, {arguments!r})\n"
         f"print(sorted({banned!r} & {{name.partition('.')[0] for name in sys.modules}}))\n"
     )
@@ -259,8 +256,7 @@ def test_nothing_heavy_is_imported(words: str, banned: set[str], tmp_path: Path)
 DOCS = ROOT / "docs"
 TEXT = (DOCS / "tutorial.md").read_text(encoding="utf-8")
 CONSOLES = "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL))
-STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.MULTILINE)
-"""Command, and what it prints."""
+STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.M)  # command, and what it prints
 
 
 def pattern(printed: str) -> str:

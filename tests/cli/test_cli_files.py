@@ -192,7 +192,6 @@ def test_what_is_done_and_for_how_long(
 
 
 def drawn(heatwright: Heatwright, title: str, picture: str) -> str:
-    """Draw a run of the chamber, under another title."""
     spec = changed("chamber", "Air heater for a 3D-printer enclosure", f"'{title}'", count=2)
     done = heatwright(f"simulate {spec} --model --for 1min --plot {picture}")
     assert done.out.splitlines()[-1] == picture

@@ -17,7 +17,6 @@ from heatwright.spec import ThermalNetwork, load_text
 
 
 def written(name: str, network: ThermalNetwork, duty: Any) -> Path:
-    """Write what a machine does under steps of the duty."""
     Path(name).write_text(as_csv(recorded(network, steps(*duty))), encoding="utf-8")
     return Path(name)
 
@@ -116,7 +115,6 @@ def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: 
 
 
 def only(found: Any) -> Any:
-    """What is told of the one loop."""
     (each,) = found["loops"].values()
     return each
 

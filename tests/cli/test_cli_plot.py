@@ -96,7 +96,6 @@ def answer(words: str) -> bytes:
 
 
 def told_by_modbus(*parts: bytes) -> list[Reading]:
-    """What is read of pieces that come one after the other."""
     hearing, waiting = hearing_of("spec.yaml", controller_of("fabricator"), None), b""
     found: list[Reading] = []
     for part in parts:

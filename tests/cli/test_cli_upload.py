@@ -20,8 +20,7 @@ from heatwright.cli.commands import monitor
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.elf import Elf
 
-BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
-"""Where Debian's arduino-core-avr puts them."""
+BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")  # arduino-core-avr's
 OPTIBOOT = 0x7C00  # a section twice as long as its own: see `optiboot`
 WINKS_S = 0.5  # after a reset Optiboot blinks; the others begin to listen at once
 BUSY_S = 0.05  # longer than a boot loader takes for a request; a page is written in 4.5 ms
@@ -106,8 +105,8 @@ def test_without_avrdude_it_is_one_line(
     heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("heatwright.cli.commands.upload.which", lambda *_, **__: None)
-    told = heatwright("upload chamber.yaml", status=3).err
-    assert told == "avrdude is missing: sudo apt-get install avrdude\n"
+    told = "avrdude is missing: sudo apt-get install avrdude\n"
+    assert heatwright("upload chamber.yaml", status=3).err == told
 
 
 def optiboot(folder: Path) -> Path:

@@ -26,8 +26,7 @@ ROOT = TESTS.parent
 MEMORY = ROOT / "build" / "mutation"
 BATCH = 24
 ENOUGH_EQUAL = 4
-JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
-"""What all judges are made of, besides modules of the tests."""
+JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")  # besides the tests' modules
 _IMPORT = re.compile(r"^\s*(?:from|import) (?:(?:rig|courses)(?:\.| import ))?(\w+)", re.MULTILINE)
 
 

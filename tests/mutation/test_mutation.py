@@ -63,13 +63,11 @@ int main(void)
 
 
 def said_by(text: str, folder: Path, number: int = 0) -> str:
-    """Compile the small file with its driver and return what it prints."""
     for name, content in (("small.c", text), ("small.h", HEADER), ("driver.c", DRIVER)):
         (folder / name).write_text(content, encoding="utf-8")
     subprocess.run(["gcc", "-w", "small.c", "driver.c", "-o", "small"], cwd=folder, check=True)
-    shown = finished(
-        ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)}
-    )
+    command = ["prlimit", "--cpu=1", folder / "small"]
+    shown = finished(command, env={**os.environ, VARIABLE: str(number)})
     return f"{shown.returncode} {shown.stdout}"
 
 
@@ -154,9 +152,8 @@ def test_no_two_mutants_are_the_same():
 
 def test_an_atomic_block_can_go_and_is_no_trouble():
     text = "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}"
-    (found,) = [
-        each for each in mutants_of("f.c", text, Names(), order=True) if each.kind is Kind.ORDER
-    ]
+    made = mutants_of("f.c", text, Names(), order=True)
+    (found,) = (each for each in made if each.kind is Kind.ORDER)
     assert found.applied(text) == text.replace("ATOMIC_BLOCK(ATOMIC_RESTORESTATE)", "")
     assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text, Names()))
 

@@ -116,19 +116,13 @@ def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: st
 
 @dataclass(frozen=True)
 class Outside:
-    """A package among the examples.
-
-    driver, said -- a file of its firmware, and words of it; faults -- some that `verify` must try;
-    pieces -- its files, each with what is told when it is missing.
-    """
-
     role: str
     kind: str
     model: str
-    driver: str
-    said: str
-    faults: frozenset[str]
-    pieces: Mapping[str, str]
+    driver: str  # a file of its firmware
+    said: str  # words of that file
+    faults: frozenset[str]  # some that `verify` must try
+    pieces: Mapping[str, str]  # its files, each with what is told when it is missing
 
     @property
     def folder(self) -> Path:
@@ -167,7 +161,6 @@ PACKAGE = MAX31865.package
 
 @pytest.fixture(scope="module")
 def beside(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """All wheels in an environment of their own."""
     copies = tmp_path_factory.mktemp("outside")
     without = shutil.ignore_patterns("__pycache__", "*.egg-info")
     for each in OUTSIDE:

@@ -58,8 +58,7 @@ OTHERS = {
 PATTERNS = SIMPLE | INDIRECT | FLASH | FAR_FLASH | SKIPS | IO_SKIPS | IO_BITS | JUMPS | OTHERS
 
 MEMORY, STACK = 48, 32
-RECORD = MEMORY + STACK + 32 + 6
-"""Bytes of a record: memory, stack, registers; SREG, SPL, SPH, RAMPZ, TCNT1L, TCNT1H."""
+RECORD = MEMORY + STACK + 32 + 6  # bytes; the last are SREG, SPL, SPH, RAMPZ, TCNT1L, TCNT1H
 REGISTERS = MEMORY + STACK
 FILL_STEP = 59
 LENGTH = 24  # units of a stream, of one to eight instructions each
@@ -67,8 +66,6 @@ LENGTH = 24  # units of a stream, of one to eight instructions each
 
 @dataclass(frozen=True)
 class Chip:
-    """A part, as far as the streams see it."""
-
     mcu: str
     ram_start: int
     ram_end: int
@@ -95,10 +92,8 @@ class Errors:
 
     flags: Mapping[str, Collection[int]] = field(default_factory=dict)
     """By instruction: flags that come out wrong. They are cleared right after it."""
-    cycles: Collection[str] = ()
-    """Instructions that take a wrong time. The time of a stream with one is not compared."""
-    wide_skips: bool = False
-    """ADIW and SBIW with K & 12 == 12 count as two words where they are skipped."""
+    cycles: Collection[str] = ()  # these take a wrong time; a stream's with one is not compared
+    wide_skips: bool = False  # ADIW and SBIW with K & 12 == 12 are two words where they are skipped
     pages: int = 4  # pages of 64 KB that ELPM reaches
     registers: bool = True  # whether it has the I/O register GPIOR0
     timed: bool = True  # whether it counts cycles at all
@@ -106,8 +101,6 @@ class Errors:
 
 @dataclass
 class Image:
-    """The program, and of each stream what it is made of."""
-
     chip: Chip
     words: list[int]
     end: int  # word address at which it stays
@@ -129,12 +122,10 @@ class _Writer:
         self.words: list[int] = []
         self.names: list[list[str]] = []
         self.untimed: set[int] = set()
-        self.base = 0
-        self.depth = 0
+        self.base = self.depth = 0
         self.skipped = False
 
     def emit(self, name: str, **fields: int) -> None:
-        """Append an instruction."""
         pattern, word = PATTERNS[name], 0
         if name in IO_SKIPS or name in IO_BITS:
             fields["A"] = GPIOR0
@@ -158,7 +149,6 @@ class _Writer:
             self.words.append(0x9488 | flag << 4)
 
     def far(self, name: str, address: int, **fields: int) -> None:
-        """Append an instruction of two words."""
         self.emit(name, **fields)
         self.words.append(address)
 

@@ -41,15 +41,13 @@ DONE = 0xA5
 # simavr 1.6, sections CPSE, SBRC, SBRS, SBIC, SBIS: it skips two words over ADIW, SBIW with
 # K & 12 == 12 (is_instruction_32_bits masks with 0xfc0f; later versions with 0xfe0f).
 ADDITIONS = ("add", "adc", "sub", "sbc", "cp", "cpc", "cpi", "subi", "sbci")
-"""avr8js 0.21, sections ADD to SBCI: H is the carry out of bit 3; it takes bit 0's."""
-AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {
+AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {  # H is the carry out of bit 3; it takes bit 0's
     "sbiw": (H,),  # section SBIW: H is left as it was; it is cleared
     "neg": (H, V, S),  # section NEG: H = R3 + Rd3, V only for 0x80; both by another operation
     "fmulsu": (Z,),  # section FMULSU: Z from the result; from the product before its shift
 }
 AVR8JS_CYCLES = ("cbi",)  # avr8js 0.21, section CBI: two cycles on these parts; it takes one
-QEMU_PAGES = 1
-"""QEMU 7.2, sections ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM."""
+QEMU_PAGES = 1  # QEMU 7.2, ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM
 
 ERRORS = {
     "simavr": Errors(wide_skips=True),
@@ -60,7 +58,6 @@ ERRORS = {
 
 
 def loaded(mcu: str, flash: bytes, *, simavrs: bool = False) -> Avr:
-    """Return the product's processor with this flash, on one of its two cores."""
     avr = Avr(mcu, CLOCK_HZ)
     if simavrs:
         avr.use_simavrs_core()
@@ -70,7 +67,6 @@ def loaded(mcu: str, flash: bytes, *, simavrs: bool = False) -> Avr:
 
 
 def on_ours(image: Image, *, simavrs: bool = False) -> bytes:
-    """Run an image in the product's simulator, by one of its two cores; return its RAM."""
     avr = loaded(image.chip.mcu, image.flash, simavrs=simavrs)
     avr.run_to(MOST_CYCLES)
     assert avr.program_counter == 2 * image.end
@@ -142,7 +138,6 @@ PLACES = (
 
 
 def differences(image: Image, ours: bytes, theirs: bytes, *, timed: bool) -> Iterator[str]:
-    """Yield what differs, a line for each stream."""
     for number, names in enumerate(image.names):
         start = number * RECORD
         records = zip(PLACES, ours[start : start + RECORD], theirs[start:], strict=False)
@@ -421,7 +416,6 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
 
 
 def driven(events: np.ndarray) -> list[tuple[str, str]]:
-    """Return what the processor does at its pins, change by change."""
     before: dict[str, str] = {}
     found = []
     for pin, state in zip(events["pin"].tolist(), events["state"].tolist(), strict=True):

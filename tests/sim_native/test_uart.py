@@ -54,8 +54,6 @@ def names(mcu: str) -> list[str]:
 
 
 class Uart(Small):
-    """A program with a UART, a millisecond after power-on."""
-
     def __init__(self, source: str, *flags: str, mcu: str = "atmega328p") -> None:
         super().__init__(VARIABLES + source, *flags, *names(mcu), mcu=mcu)
         self.line = self.avr.uarts[1 if mcu == "atmega32u4" else 0]
@@ -90,8 +88,7 @@ def test_a_turned_bit_is_seen_by_parity_or_stop(mcu: str, bit: int) -> None:
     uart.line.send(b"\x0f\x5a", BAUD, EVEN, gap_s=0.002, flips=[1 << bit, 0])
     uart.avr.run(0.01)
     values, flags = uart.heard(), uart.heard("flags")
-    assert values[-1:] == b"\x5a"
-    assert flags[-1] == 0
+    assert (values[-1:], flags[-1]) == (b"\x5a", 0)
     if bit == 0:
         assert values[0] != 0x0F or len(values) == 1
     else:
@@ -111,15 +108,18 @@ def test_speeds_are_borne_as_far_as_the_part_bears_them(
     fast = (d + 2) * s / ((d + 1) * s + middle)
     beyond = 0.5 / (d + 1)  # half a bit in a character
     right = bytes(value & (1 << form.data_bits) - 1 for value in ALL)
-    tried = (slow, True), (fast, True), (slow - beyond, False), (fast + beyond, False)
-    for ratio, arrives in tried:
+    for ratio, arrives in (
+        (slow, True),
+        (fast, True),
+        (slow - beyond, False),
+        (fast + beyond, False),
+    ):
         work, divisor = ("A_ = 2;", 103) if double else ("", 51)
         uart = listening("atmega328p", code, work, divisor)
         speed = CLOCK_HZ / 16 / 52 * (1 + (ratio - 1) * 0.999)
         uart.line.send(ALL, speed, Format(form.data_bits, form.parity))
         uart.avr.run(0.1)
-        assert (uart.heard() == right) is arrives
-        assert (not any(uart.heard("flags"))) is arrives
+        assert (uart.heard() == right, not any(uart.heard("flags"))) == (arrives, arrives)
 
 
 def test_a_character_without_an_edge_stays_unheard() -> None:

@@ -141,7 +141,6 @@ def test_what_is_not_given(model: Any, given: object, expected: dict[str, object
 
 
 STORED = tuple({"name": 12 * str(i), "segments": ({"hold": "1 h"},)} for i in range(5))
-"""Their names fill the display."""
 
 
 @pytest.mark.parametrize(
@@ -172,8 +171,7 @@ IDS = """
     emergency_stop over_current current_while_off no_current master_lost program_lags
     relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
     sensors_disagree
-"""
-"""Ids of the rules, from code 1 on."""
+"""  # from code 1 on
 
 
 SELF_CHECKS = {
@@ -188,8 +186,7 @@ def test_rules_keep_their_codes() -> None:
     known = dict(enumerate(IDS.split(), start=1)) | efforts | SELF_CHECKS
     assert {code: rule.id for code, rule in RULES.items()} == known
     for code, rule in RULES.items():
-        assert rule.code == code
-        assert rule.display.isascii()
+        assert (rule.code, rule.display.isascii()) == (code, True)
         assert rule.display == rule.display.upper()[:12] != ""
         assert rule.meaning.endswith(".")
         assert rule.remedy.endswith(".")

@@ -28,7 +28,6 @@ def preprocessed(mcu: str, *words: str) -> str:
 
 @cache
 def macros(mcu: str) -> dict[str, str]:
-    """All that avr-libc defines of a chip."""
     found = preprocessed(mcu, "-dM", "-include", "avr/io.h", "/dev/null")
     lines = (line.split(maxsplit=2) for line in found.splitlines())
     return {words[1]: words[2] for words in lines if len(words) == 3}
@@ -50,8 +49,8 @@ def value(mcu: str, name: str) -> int:
 @pytest.mark.parametrize("mcu", CHIPS)
 def test_memories(mcu: str) -> None:
     board = board_of(mcu)
-    assert board.flash_bytes == value(mcu, "FLASHEND") + 1
-    assert board.ram_start == value(mcu, "RAMSTART")
+    flash_and_ram = (value(mcu, "FLASHEND") + 1, value(mcu, "RAMSTART"))
+    assert (board.flash_bytes, board.ram_start) == flash_and_ram
     assert board.ram_bytes == value(mcu, "RAMEND") + 1 - board.ram_start
     assert board.eeprom_bytes == value(mcu, "E2END") + 1
     assert board.signature == tuple(value(mcu, f"SIGNATURE_{i}") for i in range(3))
@@ -269,10 +268,8 @@ def test_interrupts_keep_every_frequency(wanted_hz: list[float], clock_hz: int) 
     settings = waves.settings_by_interrupts(clock_hz, SIXTEEN, wanted_hz)
     if not settings:
         # Alone each of them could be: it is their distance that is too large.
-        assert (
-            max(wanted_hz) / min(wanted_hz)
-            > waves.MOST_COUNTS_BY_INTERRUPTS / 8 / waves.FEWEST_COUNTS / 2
-        )
+        bridged = waves.MOST_COUNTS_BY_INTERRUPTS / 8 / waves.FEWEST_COUNTS / 2
+        assert max(wanted_hz) / min(wanted_hz) > bridged
         assert all(waves.settings_by_interrupts(clock_hz, SIXTEEN, [each]) for each in wanted_hz)
     assert len({setting.prescaler for setting in settings}) <= 1
     for setting, each_hz in zip(settings, wanted_hz, strict=False):

@@ -58,8 +58,6 @@ SMALLEST = {
 
 @pytest.fixture
 def project(tmp_path: Path) -> Project:
-    """Write the small project, with other lines in its files."""
-
     def written(
         board: str = "uno", ini: str = "", main: str | None = None, at: str = "project"
     ) -> Path:
@@ -78,7 +76,6 @@ def project(tmp_path: Path) -> Project:
 
 @pytest.fixture
 def fresh_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An empty cache of the user's."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return tmp_path / "cache" / "heatwright"
 

@@ -31,7 +31,6 @@ BY_POINTER = "void (*volatile f)(void); int main(void) { for (;;) f(); }"
 
 
 def objcopied(folder: Path, *options: str) -> Path:
-    """Return the chamber's binary with something taken out."""
     elf = folder / "changed.elf"
     subprocess.run(["avr-objcopy", *options, whole("chamber").path, elf], check=True)
     return elf
@@ -117,7 +116,6 @@ def test_a_device_keeps_its_core_through_a_loss_of_power(monkeypatch: pytest.Mon
 
 
 NAMES = sorted((file.stem for file in EXAMPLES.glob("*.yaml")), key=lambda name: name != "press")
-"""The examples; first the one that is quick to verify."""
 COMMAND = "import sys; from heatwright.cli.main import main; sys.exit(main())"
 
 

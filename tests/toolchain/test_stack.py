@@ -34,8 +34,7 @@ COUNTED = {
         """,
         "", (3, 3 + 1), (0, 0),
     ),
-    # The compiler makes room by `push`, `rcall .+0`, `sbiw`, `subi` and `sbci`, or `dec`, by its
-    # size.
+    # By its size the compiler makes room by `push`, `rcall .+0`, `sbiw`, `subi`, `sbci`, or `dec`.
     **{
         f"room for {room}": (FILL.format(room, ""), "", (2, 2 + room), (0, 0))  # Y and the frame
         for room in (1, 5, 40, 100, 256, 700)
@@ -80,8 +79,8 @@ def test_the_stack_is_what_is_counted_by_hand(mcu: str, case: str) -> None:
     source, flags, *counted = COUNTED[case]
     stack = measure(source, mcu, *flags.split())
     program, interrupts = (calls * C[mcu] + rest for calls, rest in counted)
-    assert (stack.program, stack.interrupts) == (program, interrupts)
-    assert stack.total == program + interrupts
+    found = (stack.program, stack.interrupts, stack.total)
+    assert found == (program, interrupts, program + interrupts)
     if case == "calls and pushes":
         assert stack.program_chain == ("reset", "main", "deep", "leaf")
 
@@ -296,7 +295,6 @@ __attribute__((used)) void much(void)
 
 
 def listing(mcu: str) -> tuple[bytes, str]:
-    """Return the program's machine code, and what the disassembler says of it."""
     elf = compiled(MUCH + PROGRAM, "-lm", mcu=mcu).path
     with elf.open("rb") as file:
         code: bytes = ELFFile(file).get_section_by_name(".text").data()
