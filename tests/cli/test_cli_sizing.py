@@ -276,10 +276,9 @@ def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
 
 
 def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> None:
-    fan = ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3")
     spec = changed(
         "extruder", ("mega2560", "atmega16"), ("A13", "PA0"), ("pin: D10, f", "pin: PD5, f"),
-        ("pin: D10, p", "pin: PD5, p"), fan,
+        ("pin: D10, p", "pin: PD5, p"), ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3"),
     )  # fmt: skip
     with pytest.raises(DoesNotFit) as caught:
         build_firmware(load_text(spec), _PlainJob("Building"))

@@ -3,7 +3,6 @@
 import json
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -24,11 +23,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Imports a module of the bench; it is forgotten afterwards."""
     known = set(sys.modules)
     monkeypatch.syspath_prepend(BENCH)
-
-    def module(name: str) -> ModuleType:
-        return __import__(name)
-
-    yield module
+    yield __import__
     for name in set(sys.modules) - known:
         if str(getattr(sys.modules[name], "__file__", "")).startswith(str(BENCH)):
             del sys.modules[name]

@@ -46,7 +46,6 @@ def wheel_of(folder: Path) -> Path:
 
 
 def test_the_wheel_holds_every_file_of_the_packages_and_no_other(wheel: Path) -> None:
-    """And all licences."""
     names = set(zipfile.ZipFile(wheel).namelist())
     packed = {name for name in names if ".dist-info/" not in name}
     tree = {

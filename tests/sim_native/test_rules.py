@@ -260,12 +260,10 @@ COUNTED = {
     # Each interrupt comes as often as its timer says, whatever the others are told.
     "three timers share their registers": (
         """volatile uint16_t n0, n1, n2;
-        ISR(TIMER0_COMP_vect) { n0++; }
-        ISR(TIMER1_COMPA_vect) { n1++; }
+        ISR(TIMER0_COMP_vect) { n0++; } ISR(TIMER1_COMPA_vect) { n1++; }
         ISR(TIMER2_COMP_vect) { n2++; }
         int main(void) {
-            OCR0 = 99; TCCR0 = _BV(WGM01) | 2;
-            OCR1A = 1999; TCCR1B = _BV(WGM12) | 1;
+            OCR0 = 99; TCCR0 = _BV(WGM01) | 2; OCR1A = 1999; TCCR1B = _BV(WGM12) | 1;
             OCR2 = 124; TCCR2 = _BV(WGM21) | 2;
             TIMSK = _BV(OCIE0) | _BV(OCIE1A) | _BV(OCIE2); sei();
             for (;;) {}

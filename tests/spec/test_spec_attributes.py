@@ -188,8 +188,7 @@ def test_rules_keep_their_codes() -> None:
     for code, rule in RULES.items():
         assert (rule.code, rule.display.isascii()) == (code, True)
         assert rule.display == rule.display.upper()[:12] != ""
-        assert rule.meaning.endswith(".")
-        assert rule.remedy.endswith(".")
+        assert rule.meaning[-1] == rule.remedy[-1] == "."
 
 
 OF_A_LOOP = (

@@ -176,9 +176,8 @@ def asked(chamber: Controller, board: str, sensors: int, outputs: str) -> Contro
     made: dict[str, PwmOutput | Stepper] = {}
     for each in outputs.split(", ") if outputs else ():
         pin, _, frequency = each.partition(" ")
-        made[pin if frequency[0].isdecimal() else "feed"] = (
-            pwm(pin, frequency) if frequency[0].isdecimal() else stepper(each)
-        )
+        is_pwm = frequency[0].isdecimal()
+        made[pin if is_pwm else "feed"] = pwm(pin, frequency) if is_pwm else stepper(each)
     return chamber.model_copy(
         update={
             "identity": chamber.identity.model_copy(update={"board": board}),

@@ -138,9 +138,8 @@ def test_short_forms_fit_too() -> None:
 def test_patterns_take_what_the_loader_takes(
     dimension: Dimension, number: str, data: st.DataObject
 ) -> None:
-    fits = Draft202012Validator(
-        {"type": "string", "pattern": f"^\\s*{quantity_pattern(dimension)}\\s*$"}
-    ).is_valid
+    pattern = f"^\\s*{quantity_pattern(dimension)}\\s*$"
+    fits = Draft202012Validator({"type": "string", "pattern": pattern}).is_valid
     unit = data.draw(st.sampled_from(sorted(dimension.units)))
     blank = data.draw(st.sampled_from(["", " "]))
     text = f"{number}{blank}{unit}".replace("2K", "²K").replace("μ", "u")
@@ -244,7 +243,6 @@ def test_examples_are_right(fragment: str) -> None:
 
 
 def timers(board: Board, bits: int) -> str:
-    """The timers of so many bits, each with its compare outputs."""
     pins = dict.fromkeys(pin for pin in board.pins.values() if pin.pwm)
     return ", ".join(
         f"{number}: {' '.join(pin.name for pin in pins if pin.pwm and pin.pwm[0] == number)}"

@@ -67,9 +67,7 @@ def test_more_stack_than_the_code_explains(chamber: Controller, chamber_elf: Pat
 
 
 Change = tuple[str, str]
-MASKED = """case KEY_UP:
- cli(); _delay_us(60); sei();
-"""
+MASKED = "case KEY_UP:\n cli(); _delay_us(60); sei();\n"
 HEADERS = '#include "panel.h"\n#include <avr/interrupt.h>\n#include <util/delay.h>\n'
 WORSE: dict[str, tuple[str, list[Change], str]] = {
     "a busy wait": (

@@ -147,7 +147,6 @@ def test_every_example_builds_without_a_warning(name: str, second: str, tmp_path
 @pytest.mark.parametrize("core", ["own", "simavr"])
 @pytest.mark.parametrize("name", NAMES[: amount("examples_verified_with_gcc_7")])
 def test_its_binaries_verify(name: str, core: str, tmp_path: Path) -> None:
-    """As a binary that was built elsewhere."""
     elf = shutil.copy(built(name, tmp_path / "project").elf, tmp_path / "elsewhere.elf")
     words = ["verify", str(EXAMPLES / f"{name}.yaml"), "--elf", str(elf), "--json", "--core", core]
     done = finished([sys.executable, "-c", COMMAND, *words])
