@@ -25,9 +25,6 @@ ALL = ("barrel", "chamber", "dryer", "extruder", "fabricator", "feeder", "hotpla
 DOOR = changed("chamber", ("\nsafety:", "\nsafety:\n  inputs: {door: {pin: D2, trips: false}}"))
 
 
-# ---- interfaces ----------------------------------------------------------------------------
-
-
 def test_in_real_time_a_step_ends_that_is_no_whole_number_of_cycles(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -125,10 +122,8 @@ def test_a_register_is_written_and_all_are_read() -> None:
     values = seat.of("modbus_rtu")["values"]
     assert (values["nozzle.setpoint"], values["nozzle.enabled"]) == (215, 1)
     assert values["nozzle.setpoint_in_force"] == seat.state["loops"]["nozzle"]["setpoint_c"] == 215
-    names = {each["name"] for each in seat.board.seats[0].about()["registers"]}
-    assert set(values) == names
-    leds = {each["meaning"]: each["bright"] for each in seat.of("indicators")["leds"]}
-    assert leds["enabled"]
+    assert set(values) == {each["name"] for each in seat.board.seats[0].about()["registers"]}
+    assert {each["meaning"]: each["bright"] for each in seat.of("indicators")["leds"]}["enabled"]
 
 
 def test_a_touch_shows_another_page_as_a_picture() -> None:
@@ -170,9 +165,6 @@ def test_the_log_answers() -> None:
     lines = [text for _, _, text, _ in seat.lines[str(seat.number("serial_log"))]]
     assert lines[0] == "help"
     assert any("clear" in text for text in lines[1:])
-
-
-# ---- faults --------------------------------------------------------------------------------
 
 
 def test_a_sensor_that_is_pulled_trips_and_its_heater_goes_off() -> None:
@@ -221,9 +213,6 @@ def test_each_fault_can_be_brought_and_mended_while_the_board_runs(example: str)
     assert not seat.world.wiring.besides
     seat.run(1.0)
     json.dumps(seat.state, allow_nan=False)
-
-
-# ---- why the heater is off -----------------------------------------------------------------
 
 
 def test_a_heater_that_is_on_misses_nothing_and_one_that_is_off_something() -> None:
@@ -275,9 +264,6 @@ def test_an_open_door_is_named() -> None:
     assert "door" in seat.state["loops"]["air"]["missing"][0]["text"]
 
 
-# ---- around the machine --------------------------------------------------------------------
-
-
 def warmed_k(**sliders: dict[str, Any]) -> float:
     """Return how much the chamber's element has warmed under full heat in 20 s."""
     seat = Seated("chamber")
@@ -293,8 +279,7 @@ def test_heat_goes_with_the_square_of_the_supply_and_less_by_the_load() -> None:
     assert whole_k > 10
     assert warmed_k(supply={"percent": 50}) == pytest.approx(whole_k / 4, abs=0.02)
     # What is taken away is so from the start: a second and a half before the heat.
-    taken_k = warmed_k(load={"heater": "heater", "watts": 120})
-    assert taken_k < whole_k / 2 + 0.02
+    assert warmed_k(load={"heater": "heater", "watts": 120}) < whole_k / 2 + 0.02
     assert warmed_k(load={"heater": "heater", "watts": 0}) == whole_k
 
 
@@ -314,9 +299,6 @@ def test_filament_takes_heat_along() -> None:
         seat.run(40.0)
         temperatures_c.append(max(seat.state["nodes_c"].values()))
     assert temperatures_c[1] < temperatures_c[0] - 1
-
-
-# ---- time ----------------------------------------------------------------------------------
 
 
 def test_variables_have_their_names() -> None:
@@ -370,11 +352,7 @@ def test_a_roll_tells_each_line_once() -> None:
             lines, number = roll.since(number)
             told += lines
     assert told == list(range(2997 + 1))[: len(told)]
-    assert len(roll.lines) == store.MOST_LINES
-    assert roll.since(0)[0][0] == 2000
-
-
-# ---- what was done -------------------------------------------------------------------------
+    assert (len(roll.lines), roll.since(0)[0][0]) == (store.MOST_LINES, 2000)
 
 
 def test_what_was_done_is_played_again_by_simulate(heatwright: Any, tmp_path: Path) -> None:

@@ -220,10 +220,9 @@ def test_a_chart_looks_closer_and_follows_again(opened: Open, chamber: Bench) ->
     expect(follows).to_have_attribute("aria-pressed", "false")
     page.locator(".chart").focus()
     page.keyboard.press("End")
-    page.get_by_role("button", name="1 min", exact=True).click()
-    expect(page.get_by_role("button", name="1 min", exact=True)).to_have_attribute(
-        "aria-pressed", "true"
-    )
+    minute = page.get_by_role("button", name="1 min", exact=True)
+    minute.click()
+    expect(minute).to_have_attribute("aria-pressed", "true")
 
 
 HOSTILE = """<!doctype html><title>hostile</title><script>
@@ -279,15 +278,12 @@ def test_a_hostile_page_commands_nothing_even_with_the_address(
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("spec", ["chamber", "kiln", "extruder", "fabricator"])
 def test_axe_finds_nothing(opened: Open, spec: str, scheme: str, width: int) -> None:
-    """With all parts open, and a fault latched."""
     with serving(spec) as bench:
         page = opened(bench.address, scheme=scheme, width=width)
         first = next(iter(bench.board.world.breakage.causes))
         page.locator(f'input[data-fault="{first}"]').check()
         expect(page.locator("#fault")).to_be_visible()
-        page.evaluate(
-            "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
-        )
+        page.evaluate("document.querySelectorAll('details').forEach((each) => each.open = true)")
         page.evaluate(AXE.read_text("utf-8"))
         found = page.evaluate("axe.run()")["violations"]
         wrong = [(each["id"], [node["html"] for node in each["nodes"]]) for each in found]
@@ -296,8 +292,7 @@ def test_axe_finds_nothing(opened: Open, spec: str, scheme: str, width: int) -> 
 
 
 def test_a_recorded_course_is_drawn_by_the_same_chart(opened: Open) -> None:
-    about = {"title": "Oven", "loop": "air", "source": "step.csv", "live": False}
-    shown = Shown(about, "air")
+    shown = Shown({"title": "Oven", "loop": "air", "source": "step.csv", "live": False}, "air")
     shown.tell([Reading(float(s), 20 + s / 10, 60.0, 100.0) for s in range(600)])
     with running(Server(shown)) as (server, _):
         page = opened(server.address)

@@ -220,7 +220,6 @@ def test_without_a_machine_there_is_nothing_to_run(heatwright: Any) -> None:
 def test_verify_takes_what_was_done(heatwright: Any) -> None:
     scenario = 'scenario:\n  - {at: 5.00 s, press: "up"}\n  - {for: 60.00 s}\n'
     Path("done.yaml").write_text(scenario, "utf-8")
-    found = heatwright("verify chamber.yaml --scenario done.yaml --json").json
-    assert found["passed"]
+    assert heatwright("verify chamber.yaml --scenario done.yaml --json").json["passed"]
     Path("done.yaml").write_text("scenario:\n  - {at: 5.00 s, send: M105}\n  - {for: 60.00 s}\n")
     assert "done.yaml:2" in heatwright("verify chamber.yaml --scenario done.yaml", status=2).err

@@ -1,9 +1,7 @@
-"""How commands and their workers end, and what is told of them: help and documents.
-
-A start imports little. docs/commands.md has each command and option. Each command of the tutorial
-is run, in its order, and prints what stands there. What `docs/ci.md` has users put into their
-repositories does there what it says.
-"""
+"""How commands and their workers end, and what is told of them: help and documents. A start imports
+little. docs/commands.md has each command and option. Each command of the tutorial is run, in its
+order, and prints what stands there. What `docs/ci.md` has users put into their repositories does
+there what it says."""
 
 import errno
 import json
@@ -161,9 +159,6 @@ def test_an_interrupted_comparison_ends_its_workers(tmp_path: Path) -> None:
     assert group_ends(process.pid, within_s=60)
 
 
-# ---- work in two processes ----
-
-
 def double(piece: int, job: Job) -> int:
     job.note(f"doubling {piece}")
     job(piece, 10)
@@ -209,8 +204,6 @@ def test_nothing_is_drawn_while_a_process_is_forked() -> None:
     assert drawn == [False, False]
 
 
-# ---- help ----
-
 PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## (\w+)\n(.*?)(?=^## |\Z)", PAGE, re.DOTALL | re.MULTILINE))
 HEAVY = {"numpy", "scipy", "matplotlib", "rich", "elftools", "cffi", "platformio", "vcd", "control"}
@@ -245,17 +238,14 @@ def test_every_option_is_told_and_no_other(name: str) -> None:
           for command in ("", "generate", "verify", "identify", "tune")),
         ("check --quick CHAMBER", HEAVY | {"jinja2", "difflib"}),
         ("check CHAMBER", HEAVY - {"numpy", "scipy", "elftools"} | {"PIL", "jinja2"}),
-        ("generate CHAMBER -o out", HEAVY),
-        ("generate CHAMBER -o out --check", HEAVY),
+        ("generate CHAMBER -o out", HEAVY), ("generate CHAMBER -o out --check", HEAVY),
         ("init new.yaml", HEAVY),
     ],
 )  # fmt: skip
 def test_nothing_heavy_is_imported(words: str, banned: set[str], tmp_path: Path) -> None:
     arguments = [word.replace("CHAMBER", f"{EXAMPLES}/chamber.yaml") for word in words.split()]
     program = (
-        "import sys\n"
-        "from heatwright.cli.ends import ended\n"
-        "from heatwright.cli.main import cli\n"
+        "import sys\nfrom heatwright.cli.ends import ended\nfrom heatwright.cli.main import cli\n"
         f"ended(cli, {arguments!r})\n"
         f"print(sorted({banned!r} & {{name.partition('.')[0] for name in sys.modules}}))\n"
     )
@@ -266,8 +256,7 @@ def test_nothing_heavy_is_imported(words: str, banned: set[str], tmp_path: Path)
 DOCS = ROOT / "docs"
 TEXT = (DOCS / "tutorial.md").read_text(encoding="utf-8")
 CONSOLES = "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL))
-STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.MULTILINE)
-"""Command, and what it prints."""
+STEPS = re.findall(r"^\$ (.*)\n((?:[^$].*\n)*)", CONSOLES, re.M)  # command, and what it prints
 
 
 def pattern(printed: str) -> str:
@@ -281,12 +270,10 @@ def pattern(printed: str) -> str:
 @pytest.mark.parametrize(
     ("found", "fits"),
     [
-        ("a\nb 1 c\n", True),
-        ("a\nx\ny\nb 2 c\n", True),
-        ("a\nb 2\n", False),
+        ("a\nb 1 c\n", True), ("a\nx\ny\nb 2 c\n", True), ("a\nb 2\n", False),
         ("a\nb 2\n c\n", False),
     ],
-)
+)  # fmt: skip
 def test_what_is_left_out_may_be_anything(found: str, fits: bool) -> None:
     assert bool(re.fullmatch(pattern("a\n…\nb … c\n"), found)) == fits
 
@@ -319,8 +306,7 @@ RUN = {step["name"]: step["run"] for step in JOB_STEPS if "run" in step}
 
 def step(name: str, **given: str) -> subprocess.CompletedProcess[str]:
     given["PATH"] = f"{sysconfig.get_path('scripts')}:{os.environ['PATH']}"
-    words = ["bash", "-e", "-c", RUN[name]]
-    return finished(words, env=os.environ | given)
+    return finished(["bash", "-e", "-c", RUN[name]], env=os.environ | given)
 
 
 def test_the_steps_of_the_workflow_hold_for_a_good_spec(heatwright: Heatwright) -> None:

@@ -148,8 +148,6 @@ def test_a_full_disk_names_the_file(
     assert [path for path in Path().iterdir() if path.name.startswith(".")] == []
 
 
-# ---- simulate and compare ----
-
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -161,8 +159,7 @@ def test_a_run_is_told_in_figures(heatwright: Heatwright) -> None:
     found = heatwright("simulate chamber.yaml --model --json").json
     assert (found["spec"], found["device"]) == ("chamber.yaml", "model")
     assert found["loops"]["air"]["closed_loop"]["maximum"] == 50.5
-    assert found["loops"]["air"]["faults"] == []
-    assert found["display"] is None
+    assert (found["loops"]["air"]["faults"], found["display"]) == ([], None)
 
 
 @pytest.mark.parametrize("width", [30, 50, 80, 110, 200])
@@ -277,8 +274,6 @@ def test_all_rows_are_drawn_beside_each_other(heatwright: Heatwright, name: str)
     assert drawn == [f"{row.name}, {row.setpoint_c:g} °C" for row in rows]
 
 
-# -- what cannot be done: status 2, the reason, nothing printed and nothing written
-
 SCENARIOS = {
     "empty": ("", "empty:1:1: there is no scenario in this file. Write scenario: [ … ]."),
     "number": ("scenario: 1\n", "number:1:1: scenario: a list is needed here"),
@@ -287,19 +282,16 @@ SCENARIOS = {
     "endless": ("scenario:\n  - {at: 1 s, press: up}\n", "endless:1:1: scenario: "),
     "open": ("scenario: [", "open:1:1"),
     "other": ("scenario: []\nother: 1\n", "other:2:1: other: there is no such key"),
-}
-"""Files of scenarios, and what is said of them."""
+}  # files of scenarios, and what is said of them
 
 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ("", "Usage:"),
-        ("generat x.yaml", "Did you mean 'generate'?"),
+        ("", "Usage:"), ("generat x.yaml", "Did you mean 'generate'?"),
         ("generate", "Missing argument 'SPEC'"),
         ("generate none.yaml", "none.yaml: cannot be read: no such file or directory."),
-        ("generate .", ".: cannot be read: is a directory."),
-        ("generate ''", "the name is empty"),
+        ("generate .", ".: cannot be read: is a directory."), ("generate ''", "the name is empty"),
         ("generate chamber.yaml -o ''", "the name is empty"),
         ("generate pipe", "pipe: cannot be read: it is no regular file."),
         ("init none/a.yaml", "none/a.yaml: cannot be written: no such file or directory."),

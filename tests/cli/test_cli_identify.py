@@ -45,8 +45,7 @@ def test_the_block_pastes_into_a_spec(heatwright: Heatwright) -> None:
     pasted = text[: text.index("# The oven itself")] + done.out + "  scenario: [{for: 60 min}]\n"
     plant = load_text(pasted).controller.simulation
     assert plant is not None
-    assert plant.plant.heat == {"heater": "air"}
-    assert plant.ambient_c == pytest.approx(24.9, abs=4)
+    assert (plant.plant.heat, plant.ambient_c) == ({"heater": "air"}, pytest.approx(24.9, abs=4))
 
 
 def test_an_unnamed_column_is_that_of_the_loop(heatwright: Heatwright) -> None:
@@ -67,8 +66,7 @@ def test_json_has_the_intervals_and_files_are_written(
 ) -> None:
     words = "--power 40W -o plant.yaml --plot fit.svg --json"
     found = heatwright(f"identify {step_log} {words}").json
-    assert found["log"] == "step.csv"
-    assert (found["readings"], found["warnings"]) == (600, [])
+    assert (found["log"], found["readings"], found["warnings"]) == ("step.csv", 600, [])
     assert found["steps"][0] == {"time_s": 20.0, "before_W": 0.0, "after_W": 40.0}
     capacity = found["parameters"]["capacity_body"]
     assert capacity["low"] < capacity["value"] < capacity["high"]
@@ -89,8 +87,7 @@ def test_the_firmwares_plotter_lines_need_only_the_spec(heatwright: Heatwright) 
     Path("plotter.log").write_text("garbage\n" + "\n".join(lines), encoding="utf-8")
     found = heatwright("identify plotter.log --spec chamber.yaml --json").json
     # The record's 40 W at full duty are the spec's 240 W here.
-    capacity = found["parameters"]["capacity_air"]
-    assert capacity["value"] == pytest.approx(400 * 240 / 40, rel=0.02)
+    assert found["parameters"]["capacity_air"]["value"] == pytest.approx(400 * 240 / 40, rel=0.02)
     # A reading is 0.78 s old when it is logged, which is no dead time of the machine.
     delay = found["parameters"]["delay"]
     assert delay["low"] <= 1.0 - 0.78 <= delay["high"]
@@ -114,9 +111,6 @@ def test_the_block_warns_where_a_record_tells_too_little(heatwright: Heatwright)
 def test_numbers_have_the_digits_that_are_told(value: float, half: float, text: str) -> None:
     parameter = Parameter("lag", "lag of the sensor", "s", False)
     assert digits(Found(parameter, value, value - half, value + half, told=True)) == text
-
-
-# ---- tune: methods side by side, margins, a block to paste ----
 
 
 def only(found: Any) -> Any:
@@ -203,8 +197,7 @@ def test_an_experiment_that_fails_is_told(heatwright: Heatwright) -> None:
 def test_an_on_off_loop_gets_a_pid(heatwright: Heatwright) -> None:
     window = "{kind: time_proportional, pin: D3, window: 1 s, power: 240 W}"
     spec = changed("chamber", "{kind: digital, pin: D3, power: 240 W}", window)
-    found = only(heatwright(f"tune {spec} --method simc --at 50C --json").json)
-    (simc,) = found["methods"]
+    (simc,) = only(heatwright(f"tune {spec} --method simc --at 50C --json").json)["methods"]
     assert simc["method"] == "simc"
     assert simc["gains"]["derivative_filter_s"] > 0
     assert simc["closed_loop"]["maximum"] < 55

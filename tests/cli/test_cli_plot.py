@@ -71,16 +71,14 @@ def test_a_printers_report_is_read(loop: str, found: tuple[float, ...]) -> None:
 @pytest.mark.parametrize(
     ("spec", "line"),
     [
-        ("extruder", "ok T:201..3 /200.0 @:127"),
-        ("extruder", "ok T:201.3 /200.0.1 @:127"),
-        ("extruder", "ok T:201.3 /200.0 @:1-7"),
-        ("extruder", f"ok T:{'9' * 400} /200.0 @:127"),
+        ("extruder", "ok T:201..3 /200.0 @:127"), ("extruder", "ok T:201.3 /200.0.1 @:127"),
+        ("extruder", "ok T:201.3 /200.0 @:1-7"), ("extruder", f"ok T:{'9' * 400} /200.0 @:127"),
         ("extruder", f"ok T:201.3 /200.0 @:{'9' * 400}"),
         ("oven", f"${PLOTTER.replace('20.50', 'nan')};"),
         ("oven", f"${PLOTTER.replace('20.50', '2e999')};"),
     ],
     ids=range(7),
-)
+)  # fmt: skip
 def test_a_damaged_line_tells_nothing(spec: str, line: str) -> None:
     assert read(spec, None, line) == []
 
@@ -127,13 +125,11 @@ def test_a_slaves_answer_is_read(parts: tuple[bytes, ...]) -> None:
 @pytest.mark.parametrize(
     "come",
     [
-        GOOD[:-1] + bytes([GOOD[-1] ^ 1]),
-        answer("02 04 06 07 dd 03 e8 07 d0"),
-        answer("01 84 02") + bytes(9),
-        answer("01 04 08 07 dd 03 e8 07 d0 00 00"),
+        GOOD[:-1] + bytes([GOOD[-1] ^ 1]), answer("02 04 06 07 dd 03 e8 07 d0"),
+        answer("01 84 02") + bytes(9), answer("01 04 08 07 dd 03 e8 07 d0 00 00"),
     ],
     ids=["damaged", "another slave's", "refused", "longer than asked for"],
-)
+)  # fmt: skip
 def test_what_is_no_answer_tells_nothing(come: bytes) -> None:
     assert told_by_modbus(come, GOOD) == [READ_OF_IT]
 
@@ -243,8 +239,7 @@ def test_a_full_disk_ends_it(heatwright: Heatwright) -> None:
     del heatwright
     with board(lambda _: b"$%s;\n" % PLOTTER.encode()) as port:
         words = [HEATWRIGHT, "plot", "oven.yaml", "--port", port, "--record", "out.csv"]
-        shell = ["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words]
-        done = finished(shell, timeout=30)
+        done = finished(["sh", "-c", 'ulimit -f 1; exec "$@"', "sh", *words], timeout=30)
     assert (done.returncode, done.stderr) == (2, "out.csv: cannot be written: file too large.\n")
 
 

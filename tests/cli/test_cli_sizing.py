@@ -1,10 +1,8 @@
-"""What a machine's parts have to be, as `size`, `check` and `build` tell it.
-
-Walls and wires by hand and by textbooks; the reserve by the simulated machine itself. What supply
-and switch of a heater in pulses have to bear. What the tolerances of parts cost, with a warning of
-too much, also in the project's README. And a firmware that does not fit its board: told in the
-spec's terms, and what is told is true.
-"""
+"""What a machine's parts have to be, as `size`, `check` and `build` tell it. Walls and wires by
+hand and by textbooks; the reserve by the simulated machine itself. What supply and switch of a
+heater in pulses have to bear. What the tolerances of parts cost, with a warning of too much, also
+in the project's README. And a firmware that does not fit its board: told in the spec's terms, and
+what is told is true."""
 
 import math
 import pickle
@@ -83,8 +81,7 @@ def test_films_are_those_of_the_textbooks() -> None:
 
 @pytest.mark.parametrize("emissivity", [0.0, 0.9])
 def test_a_wire_has_its_power_its_load_and_the_temperature_of_both(emissivity: float) -> None:
-    wire = Wire.model_validate({**WIRE, "emissivity": emissivity})
-    found = sized_wire(wire, 240.0, 24.0, 20.0)
+    found = sized_wire(Wire.model_validate({**WIRE, "emissivity": emissivity}), 240.0, 24.0, 20.0)
     diameter_m = found.diameter_mm / 1000
     ohm = 1.1e-6 * found.length_m / (math.pi * diameter_m**2 / 4)
     assert (ohm, found.current_a) == (pytest.approx(2.4), 10.0)
@@ -96,12 +93,10 @@ def test_a_wire_has_its_power_its_load_and_the_temperature_of_both(emissivity: f
 
 
 def test_the_load_that_ends_as_measured_does() -> None:
-    found = sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 20.0)
-    load = found.load_as_measured_w_per_cm2
+    load = sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 20.0).load_as_measured_w_per_cm2
     assert load is not None
     loaded = Wire.model_validate({**WIRE, "surface_load": f"{load!r} W/cm²"})
-    again = sized_wire(loaded, 240.0, 24.0, 20.0)
-    assert again.temperature_c == pytest.approx(127.0, abs=1e-6)
+    assert sized_wire(loaded, 240.0, 24.0, 20.0).temperature_c == pytest.approx(127.0, abs=1e-6)
     assert sized_wire(Wire.model_validate(WIRE), 240.0, 24.0, 130.0)[-1] is None
 
 
@@ -165,14 +160,12 @@ def test_size_and_check_tell_it(heatwright: Heatwright) -> None:
     weak = changed("oven", ("derivative_filter: 3 s\n    ", f"derivative_filter: 3 s{LESS}    "))
     Path("weak.yaml").write_text(weak, encoding="utf-8")
     for command in ("check --quick", "size"):
-        warned = heatwright(f"{command} weak.yaml").out
-        assert "outputs.heater.power: the reserve is 5 %" in warned
+        assert "outputs.heater.power: the reserve is 5 %" in heatwright(f"{command} weak.yaml").out
         assert heatwright(f"{command} chamber.yaml").out.count("Warning") == 0
     (warning,) = heatwright("size weak.yaml --json").json["warnings"]
     assert warning in heatwright("check --quick weak.yaml --json").json["warnings"]
     whole = Path("chamber.yaml").read_text(encoding="utf-8")
-    bare = whole[: whole.index("simulation:")]
-    Path("bare.yaml").write_text(bare, encoding="utf-8")
+    Path("bare.yaml").write_text(whole[: whole.index("simulation:")], encoding="utf-8")
     assert "Add a section simulation" in heatwright("size bare.yaml", status=2).err
     assert "reserve" not in heatwright("check --quick bare.yaml").out
 
@@ -283,15 +276,10 @@ def test_too_many_entries_for_the_ram(heatwright: Heatwright) -> None:
 
 
 def test_the_linkers_refusal_is_measured_and_told_whole_by_another_process() -> None:
-    fan = ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3")
     spec = changed(
-        "extruder",
-        ("mega2560", "atmega16"),
-        ("A13", "PA0"),
-        ("pin: D10, f", "pin: PD5, f"),
-        ("pin: D10, p", "pin: PD5, p"),
-        fan,
-    )
+        "extruder", ("mega2560", "atmega16"), ("A13", "PA0"), ("pin: D10, f", "pin: PD5, f"),
+        ("pin: D10, p", "pin: PD5, p"), ("pwm, pin: D9, frequency: 122 Hz", "digital, pin: PB3"),
+    )  # fmt: skip
     with pytest.raises(DoesNotFit) as caught:
         build_firmware(load_text(spec), _PlainJob("Building"))
     told = str(pickle.loads(pickle.dumps(caught.value)))  # noqa: S301 - our own

@@ -1,7 +1,5 @@
 """`upload` and `monitor`: what avrdude and PlatformIO's monitor are told, and what avrdude writes.
-
-It writes through the boot loaders of Arduino's core, on simulated chips.
-"""
+It writes through the boot loaders of Arduino's core, on simulated chips."""
 
 import os
 import subprocess
@@ -22,11 +20,10 @@ from heatwright.cli.commands import monitor
 from heatwright.sim.avr import Avr
 from heatwright.sim.binary.elf import Elf
 
-BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
-"""Where Debian's arduino-core-avr puts them."""
-OPTIBOOT = 0x7C00  # A section twice as long as its own: see `optiboot`
+BOOT_LOADERS = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")  # arduino-core-avr's
+OPTIBOOT = 0x7C00  # a section twice as long as its own: see `optiboot`
 WINKS_S = 0.5  # after a reset Optiboot blinks; the others begin to listen at once
-BUSY_S = 0.05  # Longer than a boot loader takes for a request; a page is written in 4.5 ms.
+BUSY_S = 0.05  # longer than a boot loader takes for a request; a page is written in 4.5 ms
 
 
 class Port(NamedTuple):
@@ -108,8 +105,8 @@ def test_without_avrdude_it_is_one_line(
     heatwright: Heatwright, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("heatwright.cli.commands.upload.which", lambda *_, **__: None)
-    told = heatwright("upload chamber.yaml", status=3).err
-    assert told == "avrdude is missing: sudo apt-get install avrdude\n"
+    told = "avrdude is missing: sudo apt-get install avrdude\n"
+    assert heatwright("upload chamber.yaml", status=3).err == told
 
 
 def optiboot(folder: Path) -> Path:
@@ -131,10 +128,8 @@ def image(loader: Path) -> bytes:
 
 @contextmanager
 def waiting_board(mcu: str, loader: Path, start: int, baud: int) -> Iterator[tuple[str, Avr]]:
-    """A chip that has just been reset, as its port's opening does, and the name of its line.
-
-    Its time goes on only while there is something to answer: no computer is too slow for it.
-    """
+    """A chip that has just been reset, as its port's opening does, and the name of its line. Its
+    time goes on only while there is something to answer: no computer is too slow for it."""
     avr = Avr(mcu, 16e6)
     flash = b"\xff" * start + image(loader)
     program: Any = SimpleNamespace(flash=flash, eeprom=b"", static_ram=(0, 0))
@@ -164,8 +159,7 @@ LOADERS = {
     "uno": ("atmega328p", "", OPTIBOOT, 115200),
     "nano": ("atmega328p", "atmega/ATmegaBOOT_168_atmega328.hex", 0x7800, 57600),
     "mega2560": ("atmega2560", "stk500v2/stk500boot_v2_mega2560.hex", 0x3E000, 115200),
-}
-"""By board: its chip, the loader's file if there is one, where it begins, and its speed."""
+}  # by board: its chip, the loader's file if there is one, where it begins, and its speed
 
 
 @pytest.mark.parametrize("board", LOADERS)

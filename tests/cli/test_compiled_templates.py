@@ -46,8 +46,7 @@ def test_what_is_damaged_is_compiled_anew(
 ) -> None:
     rendered(tmp_path, "a{{ x }}")
     (file,) = kept.iterdir()
-    other_version = file.read_bytes().replace(b"j2", b"j9")
-    file.write_bytes(other_version if damaged is None else damaged)
+    file.write_bytes(file.read_bytes().replace(b"j2", b"j9") if damaged is None else damaged)
     assert rendered(tmp_path, "a{{ x }}") == "a1"
 
 

@@ -1,8 +1,6 @@
-"""All arenas: who judges which mutant, what is known already, and what came of it.
-
-A statement that stands in several firmwares is a line of one template: its mutant is judged in the
-first arena that has it, and where it survives, in the next one; any of them may kill it.
-"""
+"""All arenas: who judges which mutant, what is known already, and what came of it. A statement that
+stands in several firmwares is a line of one template: its mutant is judged in the first arena that
+has it, and where it survives, in the next one; any of them may kill it."""
 
 import hashlib
 import importlib
@@ -28,8 +26,7 @@ ROOT = TESTS.parent
 MEMORY = ROOT / "build" / "mutation"
 BATCH = 24
 ENOUGH_EQUAL = 4
-JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")
-"""What all judges are made of, besides modules of the tests."""
+JUDGES, SUFFIXES = (ROOT / "sim", ROOT / "spec"), (".py", ".c", ".h")  # besides the tests' modules
 _IMPORT = re.compile(r"^\s*(?:from|import) (?:(?:rig|courses)(?:\.| import ))?(\w+)", re.MULTILINE)
 
 
@@ -44,11 +41,9 @@ def every_arena() -> list[Arena]:
 
 
 def in_order(arenas: Iterable[Arena]) -> list[Arena]:
-    """Return arenas in the order in which they are asked.
-
-    First those on this computer, then those in the simulator; of each, those of few files first:
-    their judges are made for just these, and kill what others let live.
-    """
+    """Return arenas in the order in which they are asked. First those on this computer, then those
+    in the simulator; of each, those of few files first: their judges are made for just these, and
+    kill what others let live."""
     return sorted(arenas, key=lambda arena: (not arena.together, len(arena.sources())))
 
 
@@ -56,8 +51,7 @@ def in_order(arenas: Iterable[Arena]) -> list[Arena]:
 class Case:
     """One mutant, and the arenas that may judge it."""
 
-    places: list[tuple[int, Mutant]]
-    """Number of the arena, and the mutant as it is there."""
+    places: list[tuple[int, Mutant]]  # number of the arena, and the mutant as it is there
     verdicts: list[Verdict] = field(default_factory=list)
 
     @property
@@ -183,8 +177,7 @@ class Engine:
         self._arenas, self._cases, self._progress = arenas, cases, progress
         self._memories = [Memory(arena) for arena in arenas]
         self._waiting: dict[int, deque[Case]] = defaultdict(deque)
-        self._ahead: Counter[int] = Counter()
-        """By arena: cases that it may still have to judge."""
+        self._ahead: Counter[int] = Counter()  # by arena: cases that it may still have to judge
         self._mutants: dict[int, list[Mutant]] = defaultdict(list)
         self._courts: dict[int, Court] = {}
         self._busy: dict[Connection, tuple[int, dict[str, Case]]] = {}
@@ -275,7 +268,6 @@ class Engine:
 
     def _close(self) -> None:
         """End the processes of arenas that have nothing left to judge."""
-        working = {number for number, _ in self._busy.values()}
-        for number in set(self._courts) - working:
+        for number in set(self._courts) - {number for number, _ in self._busy.values()}:
             if self._ahead[number] == 0:
                 self._courts.pop(number).close()

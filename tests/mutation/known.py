@@ -33,18 +33,15 @@ _ENUM = re.compile(r"enum\s*\w*\s*\{(.*?)\}", re.DOTALL)
 _ENTRY = re.compile(r"(?:^|,)\s*([A-Z][A-Z0-9_]*)\s*(?:=\s*([^,]+))?")
 _UNSIGNED = re.compile(r"(uint\d+_t|bool|size_t|unsigned( \w+)*|enum\b.*)", re.DOTALL)
 _DECLARING = ("declaration", "field_declaration", "parameter_declaration", "function_definition")
-EQUAL_AT_0 = {(">", "!="), ("!=", ">"), ("==", "<="), ("<=", "==")}
-"""Of `x OPERATOR 0`, where x has no sign."""
+EQUAL_AT_0 = {(">", "!="), ("!=", ">"), ("==", "<="), ("<=", "==")}  # where x has no sign
 LIST = Path(__file__).with_name("equivalent.txt")
 MARKS = str.maketrans({"…": ".*", "‹": "(?:", "¦": "|", "›": ")"})
 MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
 class Names(NamedTuple):
-    constants: Mapping[str, str] = MappingProxyType({})
-    """Names that stand for numbers, and their values as far as they are plain."""
-    unsigned: frozenset[str] = frozenset()
-    """Names of what has no sign, wherever it is declared."""
+    constants: Mapping[str, str] = MappingProxyType({})  # values are numbers if they are plain
+    unsigned: frozenset[str] = frozenset()  # names of what has no sign, wherever it is declared
     macros: frozenset[str] = frozenset()
     """Those of the constants that another firmware may define with another value."""
 
@@ -175,9 +172,8 @@ def _counts_up(node: Node, left: Node, right: Node, names: Names) -> bool:
     loop, counter = around.parent, text_of(left)
     if loop is None or loop.type != "for_statement":
         return False
-    start = re.fullmatch(
-        rf"\w+ {counter} = (\w+);", text_of(loop.child_by_field_name("initializer"))
-    )
+    begins = text_of(loop.child_by_field_name("initializer"))
+    start = re.fullmatch(rf"\w+ {counter} = (\w+);", begins)
     counts = text_of(loop.child_by_field_name("update")) == f"{counter}++"
     if not start or not counts or _changes(loop, counter) != 1:
         return False
@@ -214,8 +210,7 @@ class Entry(NamedTuple):
     line: int
     pattern: str
     reason: str
-    expression: re.Pattern[str]
-    """Matches mutants as the report prints them."""
+    expression: re.Pattern[str]  # matches mutants as the report prints them
 
 
 def entries(text: str) -> list[Entry]:

@@ -35,8 +35,7 @@ class Report:
     def counts(self, groups: Iterable[Sequence[Case]]) -> tuple[int, ...]:
         fates = Counter(self.fate(case) for cases in groups for case in cases)
         del fates["stillborn"]
-        kinds = ("killed", "equal", "listed", "survived")
-        return (fates.total(), *(fates[kind] for kind in kinds))
+        return (fates.total(), *(fates[kind] for kind in ("killed", "equal", "listed", "survived")))
 
     def survivors(self) -> list[str]:
         lines = []

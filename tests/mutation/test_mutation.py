@@ -65,11 +65,9 @@ int main(void)
 def said_by(text: str, folder: Path, number: int = 0) -> str:
     for name, content in (("small.c", text), ("small.h", HEADER), ("driver.c", DRIVER)):
         (folder / name).write_text(content, encoding="utf-8")
-    command = ["gcc", "-w", "small.c", "driver.c", "-o", "small"]
-    subprocess.run(command, cwd=folder, check=True)
-    shown = finished(
-        ["prlimit", "--cpu=1", folder / "small"], env={**os.environ, VARIABLE: str(number)}
-    )
+    subprocess.run(["gcc", "-w", "small.c", "driver.c", "-o", "small"], cwd=folder, check=True)
+    command = ["prlimit", "--cpu=1", folder / "small"]
+    shown = finished(command, env={**os.environ, VARIABLE: str(number)})
     return f"{shown.returncode} {shown.stdout}"
 
 
@@ -79,13 +77,11 @@ MUTANTS = mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=True)
 @pytest.mark.parametrize(
     ("kind", "what"),
     [
-        (Kind.STATEMENT, "sum = a + b * 2; -> nothing"),
-        (Kind.STATEMENT, "break; -> nothing"),
+        (Kind.STATEMENT, "sum = a + b * 2; -> nothing"), (Kind.STATEMENT, "break; -> nothing"),
         (Kind.STATEMENT, "return sum & 12; -> nothing"),
         (Kind.CONDITION, "if (a < b && b != 7) -> if (!(a < b && b != 7))"),
         (Kind.CONDITION, "if (a < b && b != 7) -> if (1)"),
-        (Kind.CONDITION, "if (a < b && b != 7) -> if (0)"),
-        (Kind.CONDITION, "i < b -> 0"),
+        (Kind.CONDITION, "if (a < b && b != 7) -> if (0)"), (Kind.CONDITION, "i < b -> 0"),
         (Kind.CONDITION, "return a == 5 ? sum : -kept; -> return 1 ? sum : -kept;"),
         (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a <= b && b != 7)"),
         (Kind.EXPRESSION, "if (a < b && b != 7) -> if (a < b || b != 7)"),
@@ -99,13 +95,12 @@ MUTANTS = mutants_of("small.c", SMALL, names_of({"small.c": SMALL}), order=True)
         (Kind.EXPRESSION, "sum -= ~a; -> sum -= (a);"),
         (Kind.EXPRESSION, "sum <<= 1; -> sum >>= 1;"),
         (Kind.EXPRESSION, "return sum & 12; -> return sum | 12;"),
-        (Kind.EXPRESSION, "kept++; -> kept--;"),
-        (Kind.ALONE, "case FIRST: -> nothing"),
+        (Kind.EXPRESSION, "kept++; -> kept--;"), (Kind.ALONE, "case FIRST: -> nothing"),
         (Kind.ALONE, "FIRST = 1 -> FIRST = 2"),
         (Kind.ALONE, "static volatile int kept = 3; -> static volatile int kept = 4;"),
         (Kind.ORDER, "static volatile int kept = 3; -> static int kept = 3;"),
     ],
-)
+)  # fmt: skip
 def test_every_operator_makes_its_mutants(kind, what):
     found = {mutant.what: mutant for mutant in MUTANTS}
     assert what in found, "\n".join(sorted(found))
@@ -157,9 +152,8 @@ def test_no_two_mutants_are_the_same():
 
 def test_an_atomic_block_can_go_and_is_no_trouble():
     text = "void f(void)\n{\n    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)\n    {\n        a = 1;\n    }\n}"
-    (found,) = [
-        each for each in mutants_of("f.c", text, Names(), order=True) if each.kind is Kind.ORDER
-    ]
+    made = mutants_of("f.c", text, Names(), order=True)
+    (found,) = (each for each in made if each.kind is Kind.ORDER)
     assert found.applied(text) == text.replace("ATOMIC_BLOCK(ATOMIC_RESTORESTATE)", "")
     assert any(mutant.what == "a = 1; -> nothing" for mutant in mutants_of("f.c", text, Names()))
 
@@ -205,8 +199,7 @@ class Small:
         pass
 
     def problem(self, built: Path) -> str:
-        command = ["prlimit", "--cpu=1", built]
-        shown = finished(command, check=True).stdout
+        shown = finished(["prlimit", "--cpu=1", built], check=True).stdout
         return "it says something else" if self.compares and shown != self.expected else ""
 
 

@@ -3,7 +3,6 @@
 import json
 import sys
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -23,11 +22,7 @@ HOST = {"machine": {"processor": "One", "cores": 2, "python": "3.11.7"}}
 def bench(monkeypatch: pytest.MonkeyPatch) -> Any:
     known = set(sys.modules)
     monkeypatch.syspath_prepend(BENCH)
-
-    def module(name: str) -> ModuleType:
-        return __import__(name)
-
-    yield module
+    yield __import__
     for name in set(sys.modules) - known:
         if str(getattr(sys.modules[name], "__file__", "")).startswith(str(BENCH)):
             del sys.modules[name]
@@ -39,8 +34,7 @@ def test_the_fewest_chambers_and_the_most_are_good_specs(bench: Any, tmp_path: P
         path = tmp_path / f"{count}.yaml"
         path.write_text(json.dumps(growth.chambers(count)), encoding="utf-8")
         controller = load(path).controller
-        assert len(controller.loops) == count
-        assert len(controller.simulation.plant.nodes) == 3 * count
+        assert (len(controller.loops), len(controller.simulation.plant.nodes)) == (count, 3 * count)
 
 
 def test_what_is_missing_is_told_and_left_out(

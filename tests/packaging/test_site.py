@@ -1,8 +1,6 @@
-"""The documents as a site: built without a warning, with a page for each kind and the schema.
-
-The pictures of the house and of the way of the data are those of the code, whose docstrings have
-one dialect.
-"""
+"""The documents as a site: built without a warning, with a page for each kind and the schema. The
+pictures of the house and of the way of the data are those of the code, whose docstrings have one
+dialect."""
 
 import ast
 import json
@@ -58,8 +56,7 @@ def test_it_is_built_strictly() -> None:
 
 FOLDERS = "cli", "examples", "generated", "generator", "sim", "spec", "templates", "tests", "tools"
 SECTION = re.compile(
-    "^ *(Args|Arguments|Attributes|Examples?|Notes?|Parameters|Raises|Returns|Yields):?$",
-    re.MULTILINE,
+    "(?m)^ *(Args|Arguments|Attributes|Examples?|Notes?|Parameters|Raises|Returns|Yields):?$"
 )
 
 

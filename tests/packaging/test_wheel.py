@@ -46,7 +46,6 @@ def wheel_of(folder: Path) -> Path:
 
 
 def test_the_wheel_holds_every_file_of_the_packages_and_no_other(wheel: Path) -> None:
-    """And all licences."""
     names = set(zipfile.ZipFile(wheel).namelist())
     packed = {name for name in names if ".dist-info/" not in name}
     tree = {
@@ -114,24 +113,15 @@ def test_without_a_compiler_it_is_one_line_with_the_remedy(run: Any, command: st
     assert [line for line in said if "sudo apt-get install " in line] == said[-1:]
 
 
-# ---- packages installed beside it, each of which provides a kind ----
-
-
 @dataclass(frozen=True)
 class Outside:
-    """A package among the examples.
-
-    driver, said -- a file of its firmware, and words of it; faults -- some that `verify` must try;
-    pieces -- its files, each with what is told when it is missing.
-    """
-
     role: str
     kind: str
     model: str
-    driver: str
-    said: str
-    faults: frozenset[str]
-    pieces: Mapping[str, str]
+    driver: str  # a file of its firmware
+    said: str  # words of that file
+    faults: frozenset[str]  # some that `verify` must try
+    pieces: Mapping[str, str]  # its files, each with what is told when it is missing
 
     @property
     def folder(self) -> Path:
@@ -143,36 +133,26 @@ class Outside:
 
 
 MAX31865 = Outside(
-    "sensor",
-    "max31865",
-    "Max31865",
-    "sensor_air.c",
-    "MAX31865, CS D10",
+    "sensor", "max31865", "Max31865", "sensor_air.c", "MAX31865, CS D10",
     frozenset({"element_broken", "element_shorted", "orders_shorted_to_supply"}),
     {
         "plan.py": "the plan of its firmware, which must define plan",
         "simulated.py": "the simulation at its pins, which must define attach",
         "reference.py": "the reference model, which must define IdealSensor and converter",
         "faults.py": "the faults, which must define cut and faults and mend",
-        "example.yaml": "a spec that uses max31865",
-        "templates/max31865.c.j2": "",
+        "example.yaml": "a spec that uses max31865", "templates/max31865.c.j2": "",
     },
-)
+)  # fmt: skip
 I2C_LCD = Outside(
-    "interface",
-    "i2c_lcd",
-    "I2cLcd",
-    "i2c_lcd_bus.c",
-    "SDA A4 = PC4, SCL A5 = PC5",
+    "interface", "i2c_lcd", "I2cLcd", "i2c_lcd_bus.c", "SDA A4 = PC4, SCL A5 = PC5",
     frozenset({"power_cut", "reset_button"}),
     {
         "plan.py": "the plan of its firmware, which must define plan",
         "simulated.py": "the simulation at its pins, which must define attach",
         "seat.py": "the place at the bench, which must define take",
-        "example.yaml": "a spec that uses i2c_lcd",
-        "templates/i2c_lcd_bus.c.j2": "",
+        "example.yaml": "a spec that uses i2c_lcd", "templates/i2c_lcd_bus.c.j2": "",
     },
-)
+)  # fmt: skip
 OUTSIDE = (I2C_LCD, MAX31865)
 each_outside = pytest.mark.parametrize("outside", OUTSIDE, ids=lambda each: each.kind)
 PACKAGE = MAX31865.package
@@ -214,8 +194,7 @@ def test_its_example_fits_the_schema_and_becomes_a_firmware(
     for words in (("check",), ("generate", "-o", "firmware"), ("generate", "--check")):
         done = heatwright(beside, *words, str(example), cwd=tmp_path)
         assert done.returncode == (words[-1] == "--check"), done.stdout + done.stderr
-    driver = (tmp_path / "firmware" / "src" / outside.driver).read_text("utf-8")
-    assert outside.said in driver
+    assert outside.said in (tmp_path / "firmware" / "src" / outside.driver).read_text("utf-8")
 
 
 @each_outside
@@ -226,8 +205,7 @@ def test_its_firmware_verifies_and_its_own_tests_pass(
     example = site_of(beside) / outside.package / "example.yaml"
     done = heatwright(beside, "verify", str(example), "--json", cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    faults = {each["fault"] for each in json.loads(done.stdout)["faults"]}
-    assert outside.faults <= faults
+    assert outside.faults <= {each["fault"] for each in json.loads(done.stdout)["faults"]}
     tests = outside.folder / "tests"
     words = [beside / "bin" / "python", "-m", "pytest", "-q", tests, "--rootdir", "."]
     own = finished([*words, "-p", "no:cacheprovider"], cwd=tmp_path)
@@ -346,8 +324,6 @@ def test_scons_is_the_one_that_platformio_asks_for() -> None:
     major, minor, patch = map(int, version("scons").split("."))
     assert re.fullmatch(rf"~{major}\.{major}{minor:02}{patch:02}\.\d+", asked)
 
-
-# ---- tools/setup.sh: what it asks for, and what it says when it does not get it ----
 
 FAKES = {
     "id": "echo 1000", "apt-get": "", "python3": f'exec {sys.executable} "$@"',

@@ -1,16 +1,14 @@
-"""Random instruction streams: a flash image holds many of them, each leaves a record in RAM.
-
-A stream begins with given registers, flags and stack pointer, and runs forward to its end. Its
-record is what it has written to memory and to its stack, then all registers, SREG, SP, RAMPZ, and
-timer 1, which counts cycles. Whoever runs the image on another processor compares the RAM.
-"""
+"""Random instruction streams: a flash image holds many of them, each leaves a record in RAM. A
+stream begins with given registers, flags and stack pointer, and runs forward to its end. Its record
+is what it has written to memory and to its stack, then all registers, SREG, SP, RAMPZ, and timer 1,
+which counts cycles. Whoever runs the image on another processor compares the RAM."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from random import Random
 
-H, S, V, N, Z, C = 5, 4, 3, 2, 1, 0  # Flags of SREG
+H, S, V, N, Z, C = 5, 4, 3, 2, 1, 0  # flags of SREG
 SPL, SPH, SREG, RAMPZ, EIND, GPIOR0 = 0x3D, 0x3E, 0x3F, 0x3B, 0x3C, 0x1E
 TCCR1B, TCNT1L, TCNT1H = 0x81, 0x84, 0x85
 POINTERS = {"X": 26, "Y": 28, "Z": 30}
@@ -60,17 +58,14 @@ OTHERS = {
 PATTERNS = SIMPLE | INDIRECT | FLASH | FAR_FLASH | SKIPS | IO_SKIPS | IO_BITS | JUMPS | OTHERS
 
 MEMORY, STACK = 48, 32
-RECORD = MEMORY + STACK + 32 + 6
-"""Bytes of a record: memory, stack, registers; SREG, SPL, SPH, RAMPZ, TCNT1L, TCNT1H."""
+RECORD = MEMORY + STACK + 32 + 6  # bytes; the last are SREG, SPL, SPH, RAMPZ, TCNT1L, TCNT1H
 REGISTERS = MEMORY + STACK
 FILL_STEP = 59
-LENGTH = 24  # Units of a stream, of one to eight instructions each
+LENGTH = 24  # units of a stream, of one to eight instructions each
 
 
 @dataclass(frozen=True)
 class Chip:
-    """A part, as far as the streams see it."""
-
     mcu: str
     ram_start: int
     ram_end: int
@@ -96,30 +91,20 @@ class Errors:
 
     flags: Mapping[str, Collection[int]] = field(default_factory=dict)
     """By instruction: flags that come out wrong. They are cleared right after it."""
-    cycles: Collection[str] = ()
-    """Instructions that take a wrong time. The time of a stream with one is not compared."""
-    wide_skips: bool = False
-    """ADIW and SBIW with K & 12 == 12 count as two words where they are skipped."""
-    pages: int = 4
-    """Pages of 64 KB that ELPM reaches."""
-    registers: bool = True
-    """Whether it has the I/O register GPIOR0."""
-    timed: bool = True
-    """Whether it counts cycles at all."""
+    cycles: Collection[str] = ()  # these take a wrong time; a stream's with one is not compared
+    wide_skips: bool = False  # ADIW and SBIW with K & 12 == 12 are two words where they are skipped
+    pages: int = 4  # pages of 64 KB that ELPM reaches
+    registers: bool = True  # whether it has the I/O register GPIOR0
+    timed: bool = True  # whether it counts cycles at all
 
 
 @dataclass
 class Image:
-    """The program, and of each stream what it is made of."""
-
     chip: Chip
     words: list[int]
-    end: int
-    """Word address at which it stays."""
-    names: list[list[str]]
-    """The instructions of each stream, in the order of the code."""
-    untimed: set[int]
-    """Streams whose time the judge gets wrong."""
+    end: int  # word address at which it stays
+    names: list[list[str]]  # the instructions of each stream, in the order of the code
+    untimed: set[int]  # streams whose time the judge gets wrong
 
     @property
     def flash(self) -> bytes:
@@ -136,8 +121,7 @@ class _Writer:
         self.words: list[int] = []
         self.names: list[list[str]] = []
         self.untimed: set[int] = set()
-        self.base = 0
-        self.depth = 0
+        self.base = self.depth = 0
         self.skipped = False
 
     def emit(self, name: str, **fields: int) -> None:
@@ -178,8 +162,6 @@ class _Writer:
     def put(self, io: int, value: int) -> None:
         self.load(16, value)
         self.emit("out", A=io, r=16)
-
-    # -- the program ---------------------------------------------------------------------------
 
     def whole(self) -> Image:
         self.begin()
@@ -242,8 +224,6 @@ class _Writer:
         for offset, address in enumerate((TCNT1L, TCNT1H)):
             self.far("lds", address, d=0)
             self.far("sts", at + 36 + offset, r=0)
-
-    # -- the units of a stream -----------------------------------------------------------------
 
     def unit(self) -> None:
         units = [self.simple] * 6 + [self.memory] * 4 + [self.skip] * 4 + [
@@ -344,8 +324,8 @@ class _Writer:
         self.emit(name, **({} if name.endswith("r0") else {"d": d}))
 
     def registers(self) -> None:
-        names = (("out", SREG), *(("in", each) for each in (SREG, SPL, SPH)))
-        name, place = self.rng.choice(names)
+        """IN and OUT of what belongs to the core."""
+        name, place = self.rng.choice((("out", SREG), *(("in", each) for each in (SREG, SPL, SPH))))
         self.emit(name, A=place)
 
     def io(self) -> None:

@@ -38,8 +38,7 @@ def test_what_does_not_fit() -> None:
 
 def test_ram_is_not_zero_at_power_on() -> None:
     avr = Avr("atmega328p", CLOCK_HZ)
-    assert avr.ram_size == 2048
-    assert set(avr.read_ram(0x100, 2048)) == {RAM_FILL}
+    assert (avr.ram_size, set(avr.read_ram(0x100, 2048))) == (2048, {RAM_FILL})
 
 
 def test_long_logs_are_kept_whole() -> None:
@@ -48,8 +47,7 @@ def test_long_logs_are_kept_whole() -> None:
     avr.pins.watch("PB0")
     avr.run_to(2_000_000)
     events = avr.pins.take()
-    assert len(events) > 400_000
-    assert events.dtype == PIN_EVENT
+    assert (len(events) > 400_000, events.dtype) == (True, PIN_EVENT)
     assert set(np.diff(events["cycle"][1:].astype(int))) <= {3, 4, 5}
     assert set((events["state"][1:] & 1)[::2]) != set((events["state"][1:] & 1)[1::2])
 
@@ -70,8 +68,7 @@ def test_it_stops_at_each_instruction_of_a_function() -> None:
     found = []
     while quick.run_to_code(gate, until):
         found.append((quick.cycle, quick.program_counter))
-    assert found == wanted
-    assert wanted
+    assert found == wanted != []
     assert quick.cycle >= until
 
 
@@ -139,8 +136,7 @@ def test_rows_outlive_a_power_cycle_as_the_eeprom_and_the_clock_do(
     left = lambda undefined: bytes([undefined]) * 1024  # noqa: E731
     monkeypatch.setattr(device.avr.eeprom, "after_power_cut", left)
     device.power_cycle(undefined=0x5A)
-    assert device.avr.eeprom.contents == left(0x5A)
-    assert device.time_s == pytest.approx(3.5, abs=1e-3)
+    assert (device.avr.eeprom.contents, device.time_s) == (left(0x5A), pytest.approx(3.5, abs=1e-3))
     assert device.on_fraction("heater") == 0
     device.advance(6.0)
     steps = device.steps("air")
@@ -159,8 +155,6 @@ def test_a_spec_without_a_shield() -> None:
         device_of("extruder").press("up")
 
 
-# ---- building and finding the shim, and what is said when it cannot be had ----
-
 BUILD = [sys.executable, "-m", "heatwright.sim.native.build"]
 
 
@@ -174,12 +168,10 @@ def test_it_is_built_into_the_users_cache(tmp_path: Path, monkeypatch: pytest.Mo
     (path,) = {Path(run.stdout.decode().strip()) for run in runs}
     assert [path] == list((tmp_path / "heatwright" / "native").iterdir())
     before = path.stat().st_mtime_ns
-    assert shim.build() == path
-    assert path.stat().st_mtime_ns == before
+    assert (shim.build(), path.stat().st_mtime_ns) == (path, before)
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])  # as a full disk leaves it
-    assert shim.build() == path
-    assert path.stat().st_size == len(whole)
+    assert (shim.build(), path.stat().st_size) == (path, len(whole))
 
 
 def headers(folder: Path, version: str) -> Path:
@@ -204,8 +196,7 @@ REFUSED = {
     "headers are not installed: sudo apt-get install .* libpython3": lambda patch, folder: (
         patch.setattr(shim.sysconfig, "get_paths", lambda: {"include": str(folder)})
     ),
-}
-"""By what is said with an empty cache; what is missing, or another version."""
+}  # by what is said with an empty cache; what is missing, or another version
 
 
 @pytest.mark.parametrize("words", REFUSED)
@@ -239,6 +230,5 @@ def test_a_cache_that_cannot_be_written_is_told_in_one_line(tmp_path: Path) -> N
     (tmp_path / "file").write_text("")
     surroundings = {"XDG_CACHE_HOME": str(tmp_path / "file")}
     run = subprocess.run(BUILD, env=surroundings, capture_output=True, text=True, check=False)
-    assert run.returncode == 1
-    assert run.stderr.count("\n") == 1
+    assert (run.returncode, run.stderr.count("\n")) == (1, 1)
     assert "set XDG_CACHE_HOME" in run.stderr

@@ -1,13 +1,9 @@
 """Our instruction core before its judges: simavr, equal on random code, in every bit and cycle;
-avr8js (npm) and QEMU (Debian).
-
-Streams go to all. A whole firmware goes to avr8js, with its timers, USART, ADC, EEPROM and
-watchdog: QEMU's machines have no pins, EEPROM or watchdog.
-
-What is named here of a judge was shown to be wrong by the manual (Microchip DS40002198, "AVR
-Instruction Set Manual") and by the other judges; the streams for a judge keep clear of just that.
-simavr's keep clear of nothing but wide skips: it judges all that avr8js and QEMU get wrong.
-"""
+avr8js (npm) and QEMU (Debian). Streams go to all. A whole firmware goes to avr8js, with its timers,
+USART, ADC, EEPROM and watchdog: QEMU's machines have no pins, EEPROM or watchdog. What is named
+here of a judge was shown to be wrong by the manual (Microchip DS40002198, "AVR Instruction Set
+Manual") and by the other judges; the streams for a judge keep clear of just that. simavr's keep
+clear of nothing but wide skips: it judges all that avr8js and QEMU get wrong."""
 
 import base64
 import json
@@ -36,8 +32,7 @@ MACHINES = {"atmega328p": "uno", "atmega2560": "mega2560"}
 VECTORS = {
     "atmega328p": {"watchdog": 0x0C, "timer1": 0x16, "timer2": 0x0E, "usart": 0x24, "adc": 0x2A},
     "atmega2560": {"watchdog": 0x18, "timer1": 0x22, "timer2": 0x1A, "usart": 0x32, "adc": 0x3A},
-}
-"""Word addresses of the first interrupt of each (data sheets)."""
+}  # word addresses of the first interrupt of each (data sheets)
 REMEDY = "is missing: make setup EVIDENCE=1"
 CLOCK_HZ = 16_000_000
 MOST_CYCLES = 400_000
@@ -46,15 +41,13 @@ DONE = 0xA5
 # simavr 1.6, sections CPSE, SBRC, SBRS, SBIC, SBIS: it skips two words over ADIW, SBIW with
 # K & 12 == 12 (is_instruction_32_bits masks with 0xfc0f; later versions with 0xfe0f).
 ADDITIONS = ("add", "adc", "sub", "sbc", "cp", "cpc", "cpi", "subi", "sbci")
-"""avr8js 0.21, sections ADD to SBCI: H is the carry out of bit 3; it takes bit 0's."""
-AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {
+AVR8JS_FLAGS = dict.fromkeys(ADDITIONS, (H,)) | {  # H is the carry out of bit 3; it takes bit 0's
     "sbiw": (H,),  # section SBIW: H is left as it was; it is cleared
     "neg": (H, V, S),  # section NEG: H = R3 + Rd3, V only for 0x80; both by another operation
     "fmulsu": (Z,),  # section FMULSU: Z from the result; from the product before its shift
 }
-AVR8JS_CYCLES = ("cbi",)  # avr8js 0.21, section CBI: two cycles on these parts; it takes one.
-QEMU_PAGES = 1
-"""QEMU 7.2, sections ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM."""
+AVR8JS_CYCLES = ("cbi",)  # avr8js 0.21, section CBI: two cycles on these parts; it takes one
+QEMU_PAGES = 1  # QEMU 7.2, ELPM and OUT: RAMPZ as it was written; OUT to it does not reach ELPM
 
 ERRORS = {
     "simavr": Errors(wide_skips=True),
@@ -233,8 +226,7 @@ def test_streams_run_alike(chip: Chip) -> None:
     """Long runs without backward jumps, in which every kind of instruction comes often."""
     for seed in range(amount("images_of_streams")):
         made = image(chip, 1000 + seed, ERRORS["simavr"])
-        theirs = on_ours(made, simavrs=True)
-        assert not list(differences(made, on_ours(made), theirs, timed=True))
+        assert not list(differences(made, on_ours(made), on_ours(made, simavrs=True), timed=True))
 
 
 @every_chip
@@ -372,7 +364,7 @@ def test_flash_written_by_the_program_counts() -> None:
     assert avr.read_ram(0x25, 1) == b"\x02"
 
 
-IDLE_V = 4.999  # At every analog input: no key is pressed
+IDLE_V = 4.999  # at every analog input: no key is pressed
 
 
 @pytest.mark.parametrize(
@@ -402,17 +394,14 @@ def test_a_firmware_does_alike_with_a_silent_sensor(name: str, pulled: list[str]
         "avr8js_firmware.cjs",
         {
             "flash": base64.b64encode(program.flash.ljust(board.flash_bytes, b"\xff")).decode(),
-            "ram_end": board.ram_start + board.ram_bytes - 1,
-            "clock_hz": board.clock_hz,
-            "cycles": seconds * board.clock_hz,
-            "vectors": VECTORS[board.mcu],
+            "ram_end": board.ram_start + board.ram_bytes - 1, "clock_hz": board.clock_hz,
+            "cycles": seconds * board.clock_hz, "vectors": VECTORS[board.mcu],
             "ports": sorted({pin[1] for pin in pins}),
-            "high": [[pin[1], int(pin[2])] for pin in pulled],
-            "volts": [IDLE_V] * 8,
+            "high": [[pin[1], int(pin[2])] for pin in pulled], "volts": [IDLE_V] * 8,
             "counter": {"address": counter.address, "size": counter.size},
             "ram": {"address": first, "size": end - first},
         },
-    )
+    )  # fmt: skip
     assert told["resets"] == len(avr.take_resets())  # one where the watchdog is proven
     assert driven(avr.pins.take()) == [(f"P{port}{bit}", now) for port, bit, now in told["pins"]]
     sent = avr.uarts.take()["value"].tolist()

@@ -57,8 +57,7 @@ def test_a_conversion_takes_thirteen_clocks_and_its_interrupt_comes_with_the_res
     )
     adc.avr.adc.set(5, millivolts(512))
     adc.avr.run(0.001)
-    assert adc["code"] == 512
-    assert adc["cycles"] == pytest.approx(13 * 128, abs=40)
+    assert (adc["code"], adc["cycles"]) == (512, pytest.approx(13 * 128, abs=40))
 
 
 @PARTS
@@ -118,8 +117,7 @@ def test_an_eeprom_byte_takes_its_time(mcu: str) -> None:
         assert writer["written"] in {count, count + 1}
     assert writer.avr.eeprom.writing is not None
     writer.avr.run(0.001)
-    assert writer["written"] == 0xFF
-    assert writer.avr.eeprom.writing is None
+    assert (writer["written"], writer.avr.eeprom.writing) == (0xFF, None)
     assert writer.avr.eeprom.contents[9:19] == b"\xff01234567\xff"
     assert (writer.avr.eeprom.writes, writer.avr.eeprom.violations) == (8, 0)
 
@@ -171,8 +169,7 @@ def test_access_during_a_write_is_ignored_and_counted() -> None:
         EEAR = 6; EEDR = 0x11; EECR |= _BV(EERE); PORTB = EEDR;""",
         seconds=0.01,
     )
-    assert program.avr.eeprom.contents[5:7] == b"\x77\xff"
-    assert program.avr.eeprom.violations == 1
+    assert (program.avr.eeprom.contents[5:7], program.avr.eeprom.violations) == (b"\x77\xff", 1)
     assert program.avr.read_ram(0x25, 1) == b"\x11"
 
 
@@ -189,9 +186,6 @@ def test_a_program_brings_its_eeprom() -> None:
     assert program.avr.eeprom.contents[:4] == b"\x01\x02\x03\xff"
     with pytest.raises(ValueError, match="1024 bytes, not 1025"):
         program.avr.eeprom.contents = bytes(1025)
-
-
-# ---- pins: who sets the level, and for how long it is high ----
 
 
 def states(avr: object) -> list[tuple[int, Source]]:
@@ -353,8 +347,7 @@ def test_writing_the_port_does_not_disturb_a_timers_pin() -> None:
     avr = running(f"{setup} for (;;) PIND = 0xf0;")
     avr.pins.watch("PD3")
     avr.run(0.1)
-    cycles = avr.pins.take()["cycle"].astype(int)
-    gaps = set(np.diff(cycles[2:]).tolist())
+    gaps = set(np.diff(avr.pins.take()["cycle"].astype(int)[2:]).tolist())
     assert all(abs(gap - 128 * 256) < 20 for gap in gaps), gaps
 
 

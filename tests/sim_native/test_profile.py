@@ -30,13 +30,10 @@ def traced(avr: Avr, program: Elf) -> Profile:
 
 def told(profile: Profile) -> dict[str, Any]:
     return {
-        "functions": profile.functions,
-        "entries": profile.log.take().tolist(),
-        "masked": profile.masked,
-        "busy": profile.busy,
-        "stack": profile.stack_used,
+        "functions": profile.functions, "entries": profile.log.take().tolist(),
+        "masked": profile.masked, "busy": profile.busy, "stack": profile.stack_used,
         "reached": np.flatnonzero(profile.reached).tolist(),
-    }
+    }  # fmt: skip
 
 
 # A wait within a window, and around it jumps back, in and out; a function that goes on in another.
@@ -58,12 +55,10 @@ int main(void) {
 }
 """
 PROGRAMS = {
-    "interrupts and sleep": lambda: shared("blink.c"),
-    "masks": lambda: compiled(MASKED),
-    "computations": lambda: shared("computed.c", "-lm"),
-    "stretches": lambda: compiled(PROFILED),
+    "interrupts and sleep": lambda: shared("blink.c"), "masks": lambda: compiled(MASKED),
+    "computations": lambda: shared("computed.c", "-lm"), "stretches": lambda: compiled(PROFILED),
     "windows": lambda: compiled(WINDOWS),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("what", PROGRAMS)

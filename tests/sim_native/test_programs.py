@@ -69,12 +69,9 @@ def test_names_that_are_not_there(program: Elf) -> None:
     for name, message in (
         ("nowhere", "no variable nowhere"),
         ("state.nothing", "state has no member nothing .it has code, temp"),
-        ("state.path[3]", "no element 3"),
-        ("hidden[0]", "hidden has no element 0"),
-        ("state..code", "not the name"),
-        ("", "not the name"),
-        ("state code", "not the name"),
-    ):
+        ("state.path[3]", "no element 3"), ("hidden[0]", "hidden has no element 0"),
+        ("state..code", "not the name"), ("", "not the name"), ("state code", "not the name"),
+    ):  # fmt: skip
         assert name not in variables
         with pytest.raises(ElfError, match=message):
             variables[name]
@@ -107,16 +104,13 @@ def test_constants_in_flash(program: Elf) -> None:
 def test_functions() -> None:
     program = shared("blink.c")
     main = program.function("main")
-    assert program.function_at(main.start) == main
-    assert program.function_at(main.end - 1) == main
+    assert (program.function_at(main.start), program.function_at(main.end - 1)) == (main, main)
     assert program.function_at(main.end) != main
     assert program.function_at(len(program.flash) + 100) is None
     assert all(first.end == second.start for first, second in pairwise(program.functions))
     with pytest.raises(ElfError, match="no function nothing"):
         program.function("nothing")
 
-
-# ---- cycles by function, stretches, coverage; waveforms ----
 
 PROFILED = """
 volatile uint8_t n;
@@ -197,14 +191,12 @@ def test_the_limit_is_what_the_cycles_awake_take(source: str, share: float) -> N
 def test_the_longest_stretches_and_the_lines_reached(profiled: Profiled) -> None:
     profile, _ = profiled
     masked, busy, functions = profile.masked, profile.busy, profile.functions
-    assert masked.function == "masks"
-    assert masked.cycles == pytest.approx(702, abs=4)
+    assert (masked.function, masked.cycles) == ("masks", pytest.approx(702, abs=4))
     assert masked.seconds == masked.cycles / CLOCK_HZ
     assert functions["masks"].masked == masked.cycles
     assert functions["__vector_11"].masked == pytest.approx(300 + 4 + 3 + 27, abs=15)
     assert functions["waits"].masked == 0
-    assert busy.function == "waits"
-    assert busy.cycles == pytest.approx(5000, abs=10)
+    assert (busy.function, busy.cycles) == ("waits", pytest.approx(5000, abs=10))
     lines = profile.lines()["test.c"]
     assert {3, 4, 5, 7} <= lines.reached
     assert 6 in lines.missed

@@ -87,8 +87,7 @@ def test_a_turned_bit_is_seen_by_parity_or_stop(mcu: str, bit: int) -> None:
     uart.line.send(b"\x0f\x5a", BAUD, EVEN, gap_s=0.002, flips=[1 << bit, 0])
     uart.avr.run(0.01)
     values, flags = uart.heard(), uart.heard("flags")
-    assert values[-1:] == b"\x5a"
-    assert flags[-1] == 0
+    assert (values[-1:], flags[-1]) == (b"\x5a", 0)
     if bit == 0:
         assert values[0] != 0x0F or len(values) == 1
     else:
@@ -108,15 +107,18 @@ def test_speeds_are_borne_as_far_as_the_part_bears_them(
     fast = (d + 2) * s / ((d + 1) * s + middle)
     beyond = 0.5 / (d + 1)  # half a bit in a character
     right = bytes(value & (1 << form.data_bits) - 1 for value in ALL)
-    tried = (slow, True), (fast, True), (slow - beyond, False), (fast + beyond, False)
-    for ratio, arrives in tried:
+    for ratio, arrives in (
+        (slow, True),
+        (fast, True),
+        (slow - beyond, False),
+        (fast + beyond, False),
+    ):
         work, divisor = ("A_ = 2;", 103) if double else ("", 51)
         uart = listening("atmega328p", code, work, divisor)
         speed = CLOCK_HZ / 16 / 52 * (1 + (ratio - 1) * 0.999)
         uart.line.send(ALL, speed, Format(form.data_bits, form.parity))
         uart.avr.run(0.1)
-        assert (uart.heard() == right) is arrives
-        assert (not any(uart.heard("flags"))) is arrives
+        assert (uart.heard() == right, not any(uart.heard("flags"))) == (arrives, arrives)
 
 
 def test_a_character_without_an_edge_stays_unheard() -> None:
@@ -126,8 +128,7 @@ def test_a_character_without_an_edge_stays_unheard() -> None:
     uart.avr.run(0.005)
     uart.line.send(b"\x11", BAUD, ODD)
     uart.avr.run(0.005)
-    assert uart.heard() == b"\x5d\x11"
-    assert list(uart.heard("flags")) == [FE, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (b"\x5d\x11", [FE, 0])
 
 
 def test_a_break_is_one_zero_without_stop_bit() -> None:
@@ -135,8 +136,7 @@ def test_a_break_is_one_zero_without_stop_bit() -> None:
     uart.line.send_break(0.01)
     uart.line.send(b"A", BAUD, EVEN, gap_s=0.001)
     uart.avr.run(0.02)
-    assert uart.heard() == b"\x00A"
-    assert list(uart.heard("flags")) == [FE, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (b"\x00A", [FE, 0])
 
 
 @every_part
@@ -145,8 +145,7 @@ def test_an_overrun_is_told_with_the_next_byte_read(mcu: str) -> None:
     uart = listening(mcu, 0x06, "cli(); _delay_ms(5); sei(); _delay_ms(5);")
     uart.line.send(bytes(range(1, 7)), BAUD)
     uart.avr.run(0.02)
-    assert uart.heard() == bytes([1, 2, 3])
-    assert list(uart.heard("flags")) == [DOR, 0, 0]
+    assert (uart.heard(), list(uart.heard("flags"))) == (bytes([1, 2, 3]), [DOR, 0, 0])
 
 
 def test_a_flood_on_a_receiver_that_is_off_does_nothing() -> None:
@@ -192,8 +191,7 @@ def test_every_format_is_sent(mcu: str, form: Format, code: int) -> None:
     assert {Format.of(int(each)) for each in sent["format"]} == {form}
     assert set(np.diff(sent["end"].astype(int))) == {form.bits * 16 * 52}
     assert set(sent["bit_cycles"]) == {16 * 52}
-    assert uart.line.frame_s == form.bits * 16 * 52 / CLOCK_HZ
-    assert uart.line.overruns == 0
+    assert (uart.line.frame_s, uart.line.overruns) == (form.bits * 16 * 52 / CLOCK_HZ, 0)
     mask = (1 << form.data_bits) - 1
     due = [(value & mask, True) for value in sent["value"].tolist()]
     assert [heard(each, form, CLOCK_HZ / BAUD) for each in sent] == due
@@ -214,8 +212,7 @@ def test_what_is_sent_in_another_format_is_heard_wrong() -> None:
     uart.avr.run(0.01)
     (sent,) = uart.avr.uarts.take()
     bit = CLOCK_HZ / BAUD
-    assert heard(sent, ODD, bit) == (0x55, True)
-    assert heard(sent, EVEN, bit) == (0x55, False)
+    assert (heard(sent, ODD, bit), heard(sent, EVEN, bit)) == ((0x55, True), (0x55, False))
     assert heard(sent, ODD, bit / 2)[1] is False
 
 
@@ -234,8 +231,7 @@ def test_the_end_of_the_last_byte_is_told_once(mcu: str) -> None:
     uart.avr.run(0.01)
     assert uart.heard() == b"\0\0"
     ends = uart.avr.uarts.take()["end"].astype(int)
-    rise = int(uart.avr.pins.take()["cycle"][-1])
-    assert 0 <= rise - ends[1] < 60
+    assert 0 <= int(uart.avr.pins.take()["cycle"][-1]) - ends[1] < 60
     assert len(ends) == 3
 
 
@@ -308,8 +304,7 @@ def test_nine_bits_go_both_ways() -> None:
     uart = listening("atmega328p", 0x06, extra=0x04)
     uart.line.send(b"\x12\x34", BAUD, Format(9, "none", 1), flips=[1 << 9, 0])
     uart.avr.run(0.01)
-    assert uart.heard() == b"\x12\x34"
-    assert list(uart.heard("ninth")) == [2, 0]
+    assert (uart.heard(), list(uart.heard("ninth"))) == (b"\x12\x34", [2, 0])
 
 
 def test_a_reset_ends_what_is_received() -> None:

@@ -30,13 +30,11 @@ TEXTS = {
     "rated": changed("extruder", ("supply: 12 V", "supply: 12 V, rated: 6 V")),
     "analog": bases()["analog_extruder"],
     "off": f"{LEAST}    protection: {RULES_OFF}\n",
-}
-"""The least that is a spec, and what is changed in it."""
+}  # the least that is a spec, and what is changed in it
 
 READ: dict[str, dict[str, dict[str, object]]] = {
     "least": {
-        "identity": {"title": None},
-        "board": {"clock_hz": 16_000_000},
+        "identity": {"title": None}, "board": {"clock_hz": 16_000_000},
         "loops.air": {"fan": None, "period_s": 1.0},
         "loops.air.protection": {
             "maximum_c": 85.0, "minimum_c": -10.0, "rise_rate_k_per_s": 5.0, "stale_after_s": 5.0,
@@ -48,8 +46,7 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         "": {"interfaces": (), "simulation": None, "comparison": ()},
     },
     "slow": {
-        "identity": {"clock_hz": 8e6},
-        "board": {"clock_hz": 8_000_000, "clock_hz.__class__": int},
+        "identity": {"clock_hz": 8e6}, "board": {"clock_hz": 8_000_000, "clock_hz.__class__": int},
         "loops.air.protection": {"maximum_c": 75.0},
     },
     "off": {
@@ -59,8 +56,7 @@ READ: dict[str, dict[str, dict[str, object]]] = {
         },
     },
     "extruder": {
-        "sensors.nozzle": {"conversion_s": 0.04},
-        "outputs.heater": {"full_share": 1.0},
+        "sensors.nozzle": {"conversion_s": 0.04}, "outputs.heater": {"full_share": 1.0},
         "simulation.scenario.0": {"send": "M104 S200", "extrude_mm_per_s": None},
         "simulation.scenario.1": {"send": None, "extrude_mm_per_s": 5.0},
         "simulation.plant.filament": {"node": "block", "heat_j_per_k_mm": 0.0056},
@@ -144,7 +140,6 @@ def test_what_is_not_given(model: Any, given: object, expected: dict[str, object
 
 
 STORED = tuple({"name": 12 * str(i), "segments": ({"hold": "1 h"},)} for i in range(5))
-"""Their names fill the display."""
 
 
 @pytest.mark.parametrize(
@@ -153,8 +148,7 @@ STORED = tuple({"name": 12 * str(i), "segments": ({"hold": "1 h"},)} for i in ra
         ({}, {"points": 10, "places": 3, "stored": (), "hold_back": language.HoldBack(),
               "after_power_loss": language.AfterPowerLoss()}),
         # As many places as are stored.
-        ({"stored": STORED}, {"places": 5}),
-        ({"stored": STORED, "places": 7}, {"places": 7}),
+        ({"stored": STORED}, {"places": 5}), ({"stored": STORED, "places": 7}, {"places": 7}),
         ({"hold_back": "5 K"}, {"hold_back.within_k": 5.0, "hold_back.limit_s": 7200.0}),
         ({"hold_back": {"within": "5 K", "limit": "30 min"}},
          {"hold_back.within_k": 5.0, "hold_back.limit_s": 1800.0}),
@@ -176,8 +170,7 @@ IDS = """
     emergency_stop over_current current_while_off no_current master_lost program_lags
     relay_welded relay_open monitor_limit fan_stopped memory_damaged on_too_long input_open
     sensors_disagree
-"""
-"""Ids of the rules, from code 1 on."""
+"""  # from code 1 on
 
 
 SELF_CHECKS = {
@@ -192,14 +185,10 @@ def test_rules_keep_their_codes() -> None:
     known = dict(enumerate(IDS.split(), start=1)) | efforts | SELF_CHECKS
     assert {code: rule.id for code, rule in RULES.items()} == known
     for code, rule in RULES.items():
-        assert rule.code == code
-        assert rule.display.isascii()
+        assert (rule.code, rule.display.isascii()) == (code, True)
         assert rule.display == rule.display.upper()[:12] != ""
-        assert rule.meaning.endswith(".")
-        assert rule.remedy.endswith(".")
+        assert rule.meaning[-1] == rule.remedy[-1] == "."
 
-
-# -- who sets a loop, switches it and tunes it, and whether it runs after the start
 
 OF_A_LOOP = (
     "commanded", "switched", "tunable", "hosted", "starts_enabled", "programmed", "must_release",
@@ -223,8 +212,7 @@ CHANGED = {
     "the kiln and a master": changed(
         bases()["kiln"], ("loop: chamber}", "loop: chamber, port: 1}\n  - {kind: modbus_rtu}")
     ),
-}
-"""The master has all loops, and people switch them at the display."""
+}  # the master has all loops, and people switch them at the display
 
 
 @pytest.mark.parametrize(
@@ -286,11 +274,7 @@ def test_everything_a_master_can_write_can_be_written(what: str) -> None:
     name = what if what in COMMANDS else f"air.{what}"
     event = f"{{{name}: {written}}}}}\n    - {{at: 6 s, write: {{air"
     text = changed("dryer", ("{air.setpoint: 70 °C, air", event))
-    simulation = load_text(text).controller.simulated
-    assert simulation.scenario[0].write == (Write(name, value),)
-
-
-# -- what sensors say about themselves: their kinds, ranges, steps and errors
+    assert load_text(text).controller.simulated.scenario[0].write == (Write(name, value),)
 
 
 @pytest.mark.parametrize("bits", [9, 10, 11, 12])

@@ -23,8 +23,7 @@ CHIPS = sorted({board.mcu for board in BOARDS.values()})
 
 @cache
 def preprocessed(mcu: str, *words: str) -> str:
-    command = ["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words]
-    return finished(command, check=True).stdout
+    return finished(["avr-gcc", f"-mmcu={mcu}", "-E", "-x", "c", *words], check=True).stdout
 
 
 @cache
@@ -50,8 +49,8 @@ def value(mcu: str, name: str) -> int:
 @pytest.mark.parametrize("mcu", CHIPS)
 def test_memories(mcu: str) -> None:
     board = board_of(mcu)
-    assert board.flash_bytes == value(mcu, "FLASHEND") + 1
-    assert board.ram_start == value(mcu, "RAMSTART")
+    flash_and_ram = (value(mcu, "FLASHEND") + 1, value(mcu, "RAMSTART"))
+    assert (board.flash_bytes, board.ram_start) == flash_and_ram
     assert board.ram_bytes == value(mcu, "RAMEND") + 1 - board.ram_start
     assert board.eeprom_bytes == value(mcu, "E2END") + 1
     assert board.signature == tuple(value(mcu, f"SIGNATURE_{i}") for i in range(3))
@@ -143,8 +142,7 @@ def test_names_and_functions_of_pins(board: Board) -> None:
     channels = [pin.adc for pin in pins if pin.adc is not None]
     assert len(channels) == len(set(channels)) >= 6
     for uart in board.uarts:
-        assert board.pins[uart.rx].serial == "rx"
-        assert board.pins[uart.tx].serial == "tx"
+        assert (board.pins[uart.rx].serial, board.pins[uart.tx].serial) == ("rx", "tx")
     assert [pin.name for pin in pins if pin.led] == ([] if board.bootloader_bytes == 0 else ["D13"])
     assert any(pin.bootloader for pin in pins) == (board.bootloader_bytes > 0)
     assert board.clock_hz <= board.fastest_hz
@@ -156,8 +154,6 @@ def test_channels_of_the_keys() -> None:
     """A0 is another channel on a Leonardo."""
     assert [BOARDS[name].pins["A0"].adc for name in BY_VARIANT] == [0, 0, 7]
 
-
-# -- timers and baud rates
 
 EIGHT = Timer(8, SLOW_PRESCALERS, ("A", "B"))
 FINE = Timer(8, FINE_PRESCALERS, ("A", "B"))
@@ -180,9 +176,8 @@ def asked(chamber: Controller, board: str, sensors: int, outputs: str) -> Contro
     made: dict[str, PwmOutput | Stepper] = {}
     for each in outputs.split(", ") if outputs else ():
         pin, _, frequency = each.partition(" ")
-        made[pin if frequency[0].isdecimal() else "feed"] = (
-            pwm(pin, frequency) if frequency[0].isdecimal() else stepper(each)
-        )
+        is_pwm = frequency[0].isdecimal()
+        made[pin if is_pwm else "feed"] = pwm(pin, frequency) if is_pwm else stepper(each)
     return chamber.model_copy(
         update={
             "identity": chamber.identity.model_copy(update={"board": board}),
@@ -205,8 +200,7 @@ def told(use: TimerUse) -> str:
 @pytest.mark.parametrize(
     ("board", "sensors", "outputs", "expected"),
     [
-        ("uno", 1, "", "tick: 1, s0: 2"),
-        ("uno", 2, "", "tick: 1, s0: 2, s1: 0"),
+        ("uno", 1, "", "tick: 1, s0: 2"), ("uno", 2, "", "tick: 1, s0: 2, s1: 0"),
         ("mega2560", 5, "", "tick: 1, s0: 2, s1: 0, s2: 5, s3: 4, s4: 3"),
         # PWM comes first; there are five interrupts a tick on timer 2 as on timer 0, which is last.
         ("uno", 1, "D9 1 kHz", "tick: 2, s0: 0, D9: 1A 1*16000"),
@@ -272,10 +266,8 @@ def test_interrupts_keep_every_frequency(wanted_hz: list[float], clock_hz: int) 
     settings = waves.settings_by_interrupts(clock_hz, SIXTEEN, wanted_hz)
     if not settings:
         # Alone each of them could be: it is their distance that is too large.
-        assert (
-            max(wanted_hz) / min(wanted_hz)
-            > waves.MOST_COUNTS_BY_INTERRUPTS / 8 / waves.FEWEST_COUNTS / 2
-        )
+        bridged = waves.MOST_COUNTS_BY_INTERRUPTS / 8 / waves.FEWEST_COUNTS / 2
+        assert max(wanted_hz) / min(wanted_hz) > bridged
         assert all(waves.settings_by_interrupts(clock_hz, SIXTEEN, [each]) for each in wanted_hz)
     assert len({setting.prescaler for setting in settings}) <= 1
     for setting, each_hz in zip(settings, wanted_hz, strict=False):
@@ -321,6 +313,5 @@ def test_ticks_of_odd_clocks() -> None:
 )
 def test_baud(clock_hz: int, baud: int, divisor: int, borne: bool) -> None:
     setting = baud_setting(clock_hz, baud)
-    assert setting.divisor == divisor
-    assert setting.baud == clock_hz / 8 / (divisor + 1)
+    assert (setting.divisor, setting.baud) == (divisor, clock_hz / 8 / (divisor + 1))
     assert (abs(setting.error) <= BAUD_TOLERANCE) == borne

@@ -1,10 +1,8 @@
 """Every kind of heatwright's own has all that a kind needs, and few ask of which kind a thing is.
-
 What the rest of the program needs to know of a kind, the kind says (a property, or a constant of
 its class): then mypy lists what a new one lacks. To ask for a kind is left to the kind's own files,
 whose path has one of the words of its name. All that a kind needs is there by the rule for
-packages.
-"""
+packages."""
 
 import ast
 import json
@@ -29,8 +27,8 @@ from heatwright.spec.registry import KindIncomplete, brought, module_of
 from heatwright.spec.rules import RULES
 from heatwright.spec.sensing.analog_parts import AnalogSensor
 
-ASKED = 35  # Places that ask elsewhere: whoever takes one away lowers it
-READ = 30  # Files that read a loop's period; `Loop` says what follows from it, as `periods_s`
+ASKED = 35  # places that ask elsewhere: whoever takes one away lowers it
+READ = 30  # files that read a loop's period; `Loop` says what follows from it, as `periods_s`
 ROLES = {"sensor": Sensor, "output": Output, "algorithm": Algorithm, "interface": Interface}
 
 
@@ -53,11 +51,9 @@ CLASSES = classes()
 
 
 def asked_in(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield the line and the kind of each question.
-
-    A question is a kind's class handed to a function, as to `isinstance` or `placed`, or matched; a
-    comparison with the kind's name; and an algorithm's `pid`, which only one kind has.
-    """
+    """Yield the line and the kind of each question. A question is a kind's class handed to a
+    function, as to `isinstance` or `placed`, or matched; a comparison with the kind's name; and an
+    algorithm's `pid`, which only one kind has."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(args=[*given]):

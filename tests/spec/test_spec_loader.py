@@ -72,11 +72,9 @@ def test_a_spec_never_changes(chamber: Spec) -> None:
     sensors = controller.sensors
     assert isinstance(sensors, ReadOnlyDict)
     for change in (
-        lambda: sensors.update(other=1),
-        lambda: sensors.pop("air"),
-        lambda: sensors.__setitem__("air", 1),
-        sensors.clear,
-    ):
+        lambda: sensors.update(other=1), lambda: sensors.pop("air"),
+        lambda: sensors.__setitem__("air", 1), sensors.clear,
+    ):  # fmt: skip
         with pytest.raises(TypeError, match="read-only"):
             change()
     assert pickle.loads(pickle.dumps(controller)) == controller  # noqa: S301
@@ -93,15 +91,12 @@ def test_huge_and_endless_files_are_refused() -> None:
 ABUSE = {
     "a key again": "k: 1\n" * 60_000,
     "many keys": "".join(f"key{number}: 1\n" for number in range(20_000)),
-    "aliases": "a: &x [" + "*x, " * 60_000 + "]",
-    "lists in lists": "[" * 250_000,
-    "keys in keys": "{a: " * 60_000,
-    "items in items": "- " * 100_000,
-    "a long value": "a: " + "x" * 250_000,
-    "a long key": '"' + "\\x41" * 60_000 + '": 1',
+    "aliases": "a: &x [" + "*x, " * 60_000 + "]", "lists in lists": "[" * 250_000,
+    "keys in keys": "{a: " * 60_000, "items in items": "- " * 100_000,
+    "a long value": "a: " + "x" * 250_000, "a long key": '"' + "\\x41" * 60_000 + '": 1',
     "keys of keys": "? " * 100_000,
     "many sensors": "sensors:\n" + "".join(f" s{n}: {{kind: ds18b20}}\n" for n in range(9000)),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("way", ABUSE)
@@ -126,8 +121,6 @@ def test_any_text_that_is_no_yaml_is_unreadable(
     with pytest.raises(Unreadable, match="this is not YAML: "):
         parse_tree(text, "spec.yaml")
 
-
-# -- whatever the bytes: a Spec or a SpecError, never anything else
 
 FILES = {file.stem: file.read_bytes() for file in sorted(EXAMPLES.glob("*.yaml"))}
 WORDS = [
@@ -219,8 +212,6 @@ def test_every_cut(example: str) -> None:
         check(FILES[example][:end])
 
 
-# -- quantities
-
 DIMENSIONS = [value for value in vars(units).values() if isinstance(value, Dimension)]
 
 
@@ -235,15 +226,11 @@ READ: list[tuple[Dimension, dict[str, float]]] = [
         "1.5 min": 90.0, "2 h": 7200.0, "1 d": 86400.0,
     }),
     (units.POWER, {"240 W": 240.0, "2.4kW": 2400.0, "1e3 W": 1000.0}),
-    (units.FREQUENCY, {"16 MHz": 16e6, "1 kHz": 1000.0}),
-    (units.RATE, {"6 K/min": 0.1}),
-    (units.PERCENT, {"80 %": 80.0}),
-    (units.BITS, {"12bit": 12.0, "12 bits": 12.0}),
-    (units.CAPACITY, {"4.5 kJ/K": 4500.0}),
-    (units.THERMAL_RESISTANCE, {"0.173 K / W": 0.173}),
+    (units.FREQUENCY, {"16 MHz": 16e6, "1 kHz": 1000.0}), (units.RATE, {"6 K/min": 0.1}),
+    (units.PERCENT, {"80 %": 80.0}), (units.BITS, {"12bit": 12.0, "12 bits": 12.0}),
+    (units.CAPACITY, {"4.5 kJ/K": 4500.0}), (units.THERMAL_RESISTANCE, {"0.173 K / W": 0.173}),
     (units.RESISTANCE, {"4.7 k\u2126": 4700.0, "4.7 kΩ": 4700.0, "4.7 kohm": 4700.0}),
-    (units.VOLTAGE, {"5 V": 5.0}),
-    (units.CURRENT, {"80 mA": 0.08}),
+    (units.VOLTAGE, {"5 V": 5.0}), (units.CURRENT, {"80 mA": 0.08}),
     (units.AREA, {"0.005 m²": 0.005, "50 cm2": 0.005}),
     (units.FILM, {"8.7 W/m²K": 8.7, "8.7 W/(m²·K)": 8.7}),
 ]  # fmt: skip
@@ -307,6 +294,5 @@ def test_durations_in_messages_can_be_pasted_back(text: str) -> None:
 
 @given(st.floats(1e-6, 1e6))
 def test_an_advised_limit_is_never_too_little(value: float) -> None:
-    advised = float(rounded_up(value))
-    assert value * (1 - 1e-12) <= advised <= value * 1.011
+    assert value * (1 - 1e-12) <= float(rounded_up(value)) <= value * 1.011
     assert abs(float(about(value)) - value) <= value * 0.00501

@@ -28,14 +28,11 @@ EPSILON = np.finfo(float).eps
 def heated(*running: str, **changes: object) -> Heated:
     """One node of 100 J/K behind 0.5 K/W: 50 s; a sensor with a lag of 10 s."""
     plant = {
-        "kind": "thermal_network",
-        "nodes": {"body": "100 J/K"},
+        "kind": "thermal_network", "nodes": {"body": "100 J/K"},
         "links": ({"between": ("body", "ambient"), "resistance": "0.5 K/W"},),
-        "heat": {"heater": "body"},
-        "sense": {"probe": {"node": "body", "lag": "10 s"}},
-    }
-    network = ThermalNetwork.model_validate(plant | changes)
-    return Heated(network, "heater", "probe", 20.0, running)
+        "heat": {"heater": "body"}, "sense": {"probe": {"node": "body", "lag": "10 s"}},
+    }  # fmt: skip
+    return Heated(ThermalNetwork.model_validate(plant | changes), "heater", "probe", 20.0, running)
 
 
 @pytest.mark.parametrize("names", [("fan",), ("fan", "cooler")])
@@ -64,8 +61,7 @@ def test_the_rise_is_that_of_two_lags() -> None:
 
 
 def test_steps_grow_to_the_longest() -> None:
-    course = heated().course(heated().start(0), 1, 0.5, 2.5)
-    times = [time for time, _ in islice(course, 300)]
+    times = [time for time, _ in islice(heated().course(heated().start(0), 1, 0.5, 2.5), 300)]
     assert {later - sooner for sooner, later in pairwise(times)} == {0.5, 1.0, 2.0}
 
 
@@ -144,8 +140,6 @@ def test_solve(matrix: list[list[float]], data: st.DataObject) -> None:
     assert np.abs(np.array(dominant) @ found - right).max() <= 1e3 * EPSILON * 100
 
 
-# -- what a machine does by itself, and whether it follows a ramp
-
 FIRST = "{to: 540 °C, over: 60 min}"
 
 
@@ -157,10 +151,8 @@ def machine_of(controller: Controller) -> Machine:
 
 
 def test_a_cooler_cools_faster() -> None:
-    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that.
-
-    The sensor follows with its lag, so it never falls as fast as the block at the start.
-    """
+    """At 320 °C the block alone falls by θ/(R·C); with the cooler by four times that. The sensor
+    follows with its lag, so it never falls as fast as the block at the start."""
     alone_k_per_s = 300 / (8 * 27)
     course = machine_of(controller_of(bases()["simulated_fabricator"])).cooling()
     steepest = max(

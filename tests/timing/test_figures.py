@@ -26,8 +26,7 @@ def test_steps_are_held_to_the_grid_of_the_first() -> None:
     entries = cycles(500, 1_000_500, 2_000_490, 3_000_520)
     assert deviations_us(entries, 1.0, CLOCK_HZ).tolist() == [0, 0, -10, 20]
     figure = jitter(entries, 1.0, CLOCK_HZ, "air")
-    assert figure.worst == 20
-    assert figure.details["spread"] == 30
+    assert (figure.worst, figure.details["spread"]) == (20, 30)
     assert figure.passed
 
 
@@ -54,8 +53,7 @@ def test_keys_are_timed_to_the_complete_text() -> None:
     shown = ((0.0, "", 19), (1.03, "", 29), (1.04, "", 20), (1.10, "x", 20), (2.03, "x", 21))
     screens = [Screen(at_s, (first, f"Set temp {celsius}°C")) for at_s, first, celsius in shown]
     figure = button_to_display([Press(1.0, "up", 20.0), Press(2.0, "up", 21.0)], screens)
-    assert figure.worst == pytest.approx(40)
-    assert figure.details["median"] == pytest.approx(35)
+    assert (figure.worst, figure.details["median"]) == (pytest.approx(40), pytest.approx(35))
     assert figure.passed
 
 
@@ -64,8 +62,7 @@ def test_a_display_of_whole_degrees_rounds() -> None:
     screens = [Screen(at_s, ("Setpoint", row)) for at_s, row in shown]
     pressed = [Press(1.0, "down", 278.2), Press(2.0, "up", 288.5), Press(3.0, "up", 288.8)]
     figure = button_to_display(pressed, screens)
-    assert figure.worst == pytest.approx(30)
-    assert figure.details["not_shown"] == 0
+    assert (figure.worst, figure.details["not_shown"]) == (pytest.approx(30), 0)
 
 
 @pytest.mark.parametrize("row", ["Set temp 19°C", "Set temp 29°C", "E06 TOO HOT", ""])
@@ -84,8 +81,7 @@ def test_keys_meet_steps_and_refreshes_at_every_phase() -> None:
     refreshes = [30.1 * each for each in range(20)]
     times = np.array(aimed(600, steps, refreshes))
     assert (np.diff(times) > 0.3).all()
-    tick_phases = np.histogram(times % 0.01, 10, (0, 0.01))[0]
-    assert tick_phases.min() > 0.5 * len(times) / 10
+    assert np.histogram(times % 0.01, 10, (0, 0.01))[0].min() > 0.5 * len(times) / 10
     for aims, least in ((steps, 100), (refreshes, 10)):
         off = (times[:, None] - np.array(aims)[None, :]).ravel()
         near = off[(off >= -0.045) & (off <= 0.010)]
@@ -122,15 +118,12 @@ NARROW = ("minimum: 10 °C, maximum: 70 °C", "minimum: 20 °C, maximum: 39 °C"
 
 
 @pytest.mark.parametrize("above", ["10 K", "25 K"])
-def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(
-    above: str,
-) -> None:
+def test_a_wide_step_is_taken_back_where_the_machine_would_have_to_heat(above: str) -> None:
     wide = ("step: 10 K", "step: 15 K"), ("above: 10 K", f"above: {above}")
     controller = controller_of(changed("chamber", NARROW, *wide))
     keypad = facts_of(controller).keypad
     assert keypad is not None
-    times_s = [5 + 0.5 * each for each in range(40)]
-    pressed = presses(controller, keypad, times_s)
+    pressed = presses(controller, keypad, [5 + 0.5 * each for each in range(40)])
     assert {press.setpoint_c for press in pressed} == {20.0, 35.0}
     after_s = np.diff([press.time_s for press in pressed])
     assert after_s.min() > 0.3

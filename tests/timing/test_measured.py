@@ -9,7 +9,7 @@ from heatwright.sim.timing import Timing, measure
 from heatwright.spec import Controller
 
 KEYPAD = "  - {kind: lcd_keypad, loop: air, step: 10 K}\n"
-SHORT_US = 20.0  # With interrupts off, in a machine of one loop at 16 MHz
+SHORT_US = 20.0  # with interrupts off, in a machine of one loop at 16 MHz
 CURRENT = (
     "current: {kind: current, pin: PA1, scale: 0.5 V/A, oversample: 4, "
     "tolerances: {scale: 2 %, offset: 10 mV, reference: 0.2 V}}"
@@ -59,19 +59,15 @@ def test_what_was_measured_is_no_accident(timing: Timing) -> None:
     assert masked_us < SHORT_US, "it has one loop, and nothing at the heater's gate but a fan"
     assert 0.9 < timing.idle_fraction < 1
     cycles = [each.longest for each in timing.functions]
-    assert len(cycles) == 10
-    assert cycles == sorted(cycles, reverse=True)
+    assert (len(cycles), cycles) == (10, sorted(cycles, reverse=True))
 
 
 def test_more_stack_than_the_code_explains(chamber: Controller, chamber_elf: Path) -> None:
-    timing = measure(chamber, chamber_elf, static_stack_bytes=40)
-    assert failed(timing) == {"stack_used_bytes"}
+    assert failed(measure(chamber, chamber_elf, static_stack_bytes=40)) == {"stack_used_bytes"}
 
 
 Change = tuple[str, str]
-MASKED = """case KEY_UP:
- cli(); _delay_us(60); sei();
-"""
+MASKED = "case KEY_UP:\n cli(); _delay_us(60); sei();\n"
 HEADERS = '#include "panel.h"\n#include <avr/interrupt.h>\n#include <util/delay.h>\n'
 WORSE: dict[str, tuple[str, list[Change], str]] = {
     "a busy wait": (
@@ -114,8 +110,7 @@ def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> 
         return
     assert failed(timing) == {figure}
     if what == "interrupts off":
-        assert found.where == "panel_tick"
-        assert found.worst == pytest.approx(60, abs=2)
+        assert (found.where, found.worst) == ("panel_tick", pytest.approx(60, abs=2))
     if what == "a loop that loses ticks":
         assert found.details["drift_per_hour"] > 500_000
     if what == "a key that is shown with the next step":
@@ -124,8 +119,7 @@ def test_a_firmware_made_worse_does_not_pass(what: str, chamber: Controller) -> 
 
 
 def test_a_controller_without_keys() -> None:
-    warm = ("initial: 20 °C", "initial: 50 °C")
-    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""), warm)
+    text = changed("chamber", (KEYPAD, ""), (PRESSES, ""), ("initial: 20 °C", "initial: 50 °C"))
     controller = spec_of(text).controller
     assert not any(part.kind == "lcd_keypad" for part in controller.interfaces)
     timing = measure(controller, whole(text))
@@ -136,13 +130,11 @@ def test_a_controller_without_keys() -> None:
 def test_a_fan_beside_a_cooler_and_a_watched_relay_keeps_interrupts_short() -> None:
     """The longest tick that a single loop has."""
     spec = changed(
-        "fabricator",
-        (", current: {sensor: current, limit: 3 A}", ""),
-        (", current: {of: heater}", ""),
-        (f"  {CURRENT}\n", ""),
+        "fabricator", (", current: {sensor: current, limit: 3 A}", ""),
+        (", current: {of: heater}", ""), (f"  {CURRENT}\n", ""),
         ("\nloops:", f"\n  blower: {{{BLOWER}}}\n\nloops:"),
         ("    heater: heater\n", "    heater: heater\n    fan: blower\n"),
-    )
+    )  # fmt: skip
     timing = measure(spec_of(spec).controller, whole(spec))
     assert failed(timing) == set()
     masked_us = timing.figures["longest_interrupts_off_us"].worst

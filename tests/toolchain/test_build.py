@@ -93,11 +93,9 @@ def contents(folder: Path) -> dict[Path, bytes]:
 
 def test_the_figures_are_those_of_avr_size(project: Project) -> None:
     result = build(project())
-    words = ["avr-size", result.elf]
-    listed = finished(words, check=True).stdout
+    listed = finished(["avr-size", result.elf], check=True).stdout
     text, data, bss = map(int, listed.splitlines()[1].split()[:3])
-    assert (result.flash_bytes, result.ram_bytes) == (text + data, data + bss)
-    assert result.ram_bytes == 6
+    assert (result.flash_bytes, result.ram_bytes, result.ram_bytes) == (text + data, data + bss, 6)
     assert (result.flash_limit, result.ram_limit) == (32768 - 512, 2048)
     assert f"used {result.flash_bytes} bytes from {result.flash_limit} bytes" in result.log
     measured = given(result.elf, BOARDS["uno"])  # as if it came from elsewhere

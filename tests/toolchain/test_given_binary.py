@@ -1,7 +1,5 @@
 """Binaries from elsewhere: what is refused, whose core runs the instructions, and those of gcc 7.3.
-
-That one is measured as a build is shown by test_build.py.
-"""
+That one is measured as a build is shown by test_build.py."""
 
 import json
 import os
@@ -55,8 +53,7 @@ REFUSED = {
 def test_a_file_is_refused(
     made: Any, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["verify", str(EXAMPLES / "chamber.yaml"), "--elf", str(made(tmp_path))]
-    assert ended(cli, words) == 2
+    assert ended(cli, ["verify", str(EXAMPLES / "chamber.yaml"), "--elf", str(made(tmp_path))]) == 2
     told = capsys.readouterr().err
     assert reason in told
     assert "bug" not in told
@@ -118,10 +115,7 @@ def test_a_device_keeps_its_core_through_a_loss_of_power(monkeypatch: pytest.Mon
     assert len(count) == 2
 
 
-# ---- gcc 7.3, which the PlatformIO of users installs: the examples build with it, and verify ----
-
 NAMES = sorted((file.stem for file in EXAMPLES.glob("*.yaml")), key=lambda name: name != "press")
-"""The examples; first the one that is quick to verify."""
 COMMAND = "import sys; from heatwright.cli.main import main; sys.exit(main())"
 
 
@@ -133,8 +127,7 @@ def second(monkeypatch: pytest.MonkeyPatch) -> str:
         pytest.skip("the second compiler is missing: make setup EVIDENCE=1")
     folder = Path(found.submodule_search_locations[0]) / "bin"
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
-    asked = ["avr-gcc", "-dumpversion"]
-    return finished(asked, check=True).stdout.strip()
+    return finished(["avr-gcc", "-dumpversion"], check=True).stdout.strip()
 
 
 def built(name: str, folder: Path) -> BuildResult:
@@ -154,7 +147,6 @@ def test_every_example_builds_without_a_warning(name: str, second: str, tmp_path
 @pytest.mark.parametrize("core", ["own", "simavr"])
 @pytest.mark.parametrize("name", NAMES[: amount("examples_verified_with_gcc_7")])
 def test_its_binaries_verify(name: str, core: str, tmp_path: Path) -> None:
-    """As a binary that was built elsewhere."""
     elf = shutil.copy(built(name, tmp_path / "project").elf, tmp_path / "elsewhere.elf")
     words = ["verify", str(EXAMPLES / f"{name}.yaml"), "--elf", str(elf), "--json", "--core", core]
     done = finished([sys.executable, "-c", COMMAND, *words])

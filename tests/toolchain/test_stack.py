@@ -1,8 +1,6 @@
-"""The worst stack of programs: counted by hand, reached in the processor, or refused.
-
-C is the size of a return address, two bytes on most chips and three on an ATmega2560. `main` is
-called from the start-up code: C. The decoder agrees with the disassembler on every word.
-"""
+"""The worst stack of programs: counted by hand, reached in the processor, or refused. C is the size
+of a return address, two bytes on most chips and three on an ATmega2560. `main` is called from the
+start-up code: C. The decoder agrees with the disassembler on every word."""
 
 import re
 import subprocess
@@ -36,8 +34,7 @@ COUNTED = {
         """,
         "", (3, 3 + 1), (0, 0),
     ),
-    # The compiler makes room by `push`, `rcall .+0`, `sbiw`, `subi` and `sbci`, or `dec`, by its
-    # size.
+    # By its size the compiler makes room by `push`, `rcall .+0`, `sbiw`, `subi`, `sbci`, or `dec`.
     **{
         f"room for {room}": (FILL.format(room, ""), "", (2, 2 + room), (0, 0))  # Y and the frame
         for room in (1, 5, 40, 100, 256, 700)
@@ -82,8 +79,8 @@ def test_the_stack_is_what_is_counted_by_hand(mcu: str, case: str) -> None:
     source, flags, *counted = COUNTED[case]
     stack = measure(source, mcu, *flags.split())
     program, interrupts = (calls * C[mcu] + rest for calls, rest in counted)
-    assert (stack.program, stack.interrupts) == (program, interrupts)
-    assert stack.total == program + interrupts
+    found = (stack.program, stack.interrupts, stack.total)
+    assert found == (program, interrupts, program + interrupts)
     if case == "calls and pushes":
         assert stack.program_chain == ("reset", "main", "deep", "leaf")
 
@@ -151,8 +148,7 @@ def test_a_table_between_a_switch_and_its_cases_is_read(tmp_path: Path) -> None:
     command = "avr-gcc -mmcu=atmega328p -nostdlib -Wl,--defsym=__stack=0x8ff -o main.elf main.S"
     subprocess.run(command.split(), cwd=tmp_path, check=True)
     stack = worst_stack(tmp_path / "main.elf")
-    assert stack.program_chain == ("reset", "choose", "leaf")
-    assert stack.program == 2 + 2 + 20 + 2 + 1
+    assert (stack.program_chain, stack.program) == (("reset", "choose", "leaf"), 2 + 2 + 20 + 2 + 1)
 
 
 def test_library_routines_are_followed() -> None:
@@ -302,8 +298,7 @@ def listing(mcu: str) -> tuple[bytes, str]:
     elf = compiled(MUCH + PROGRAM, "-lm", mcu=mcu).path
     with elf.open("rb") as file:
         code: bytes = ELFFile(file).get_section_by_name(".text").data()
-    words = ["avr-objdump", "-d", str(elf)]
-    return code, finished(words, check=True).stdout
+    return code, finished(["avr-objdump", "-d", str(elf)], check=True).stdout
 
 
 def changed(mnemonic: str, operands: str) -> set[int]:
