@@ -41,7 +41,6 @@ def keyed() -> AvrDevice:
 
 
 def hold(device: AvrDevice, code: int) -> None:
-    """Put the middle of a code on the sensor's pin."""
     device.avr.adc.set(1, (code + 0.5) * 5000 / 1024)
 
 

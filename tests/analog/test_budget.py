@@ -79,7 +79,6 @@ def volts(part: Any, celsius: float, **off: Any) -> float:
 
 
 def feeds(part: Any, full_v: float) -> Iterator[tuple[str, Callable[[float, int], float]]]:
-    """List what feeds the circuit and the converter."""
     if part.kind != "analog" and ratiometric(part):
         yield "reference (it feeds the circuit, too)", lambda at, _: volts(part, at) / full_v
         return

@@ -103,7 +103,6 @@ def _write(found: Sequence[Found], path: Path | None) -> None:
 
 
 def _progress(found: Sequence[Found], count: int) -> None:
-    """Tell how far it is, and what is red as it comes."""
     for name, detail in found[-1]["red"]:
         print(f"\r{found[-1]['number']:>5}  {name}: {detail}", file=sys.stderr)
     reds = sum(each["end"] == "red" for each in found)

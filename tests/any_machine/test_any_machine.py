@@ -11,7 +11,6 @@ from heatwright.spec import SpecError, load_text
 
 
 def expected(text: str) -> list[str]:
-    """Return in which words `check` refuses a machine."""
     return [line.removeprefix("#> ") for line in text.splitlines() if line.startswith("#> ")]
 
 

@@ -194,7 +194,6 @@ class Broken(ReferenceDevice):
 
 
 def drifts(after_s: float, felt_c: float) -> float:
-    """Low, by 0.05 K/s."""
     return felt_c - 0.05 * after_s
 
 
@@ -204,8 +203,6 @@ def creeps(after_s: float, felt_c: float) -> float:
 
 
 class Stands:
-    """Above the setpoint, by a little."""
-
     def __init__(self) -> None:
         self._stood_c = math.nan
 

@@ -17,8 +17,6 @@ CHAMBER = changed("chamber", ("watchdog: 2 s", "watchdog: 2 s\n  lockout: {trips
 
 
 class Both:
-    """The binary, and the model beside it."""
-
     def __init__(self, spec: str) -> None:
         self.controller = controller_of(spec)
         self.device = AvrDevice(self.controller, whole(spec))

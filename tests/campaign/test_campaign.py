@@ -362,8 +362,6 @@ BIN = Path(sys.executable).parent
 
 
 class Cluster:
-    """A scheduler and its workers; all of them end with the test."""
-
     def __init__(self, folder: Path) -> None:
         self._log = folder / "dask.log"
         self.running: list[subprocess.Popen[bytes]] = []

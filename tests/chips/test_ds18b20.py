@@ -25,7 +25,6 @@ class Master(Small):
         self.avr.run(0.001)
 
     def ask(self, *send: int, receive: int = 0) -> bytes:
-        """Reset, send, read (255: search)."""
         self["request.send"], self["request.receive"] = len(send), receive
         self["request.data"] = send
         done = self["request.done"]

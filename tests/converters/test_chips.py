@@ -81,7 +81,6 @@ class Bench:
         self.reader.exchange(REGISTERS.index(register) | WRITE, *values, **how)
 
     def begin(self, letter: str = "", *, cr0: int = AUTO | FIFTY) -> None:
-        """Let it convert, and wait for the first one."""
         if letter:
             self.write("CR1", TYPES.index(letter))
         self.write("CR0", cr0)
@@ -122,7 +121,6 @@ class Orders:
         self._bench.run(float(seconds))
 
     def hold(self, ms: str) -> None:
-        """Read an answer, and keep the chip selected."""
         self._bench.word(hold_ms=int(ms))
 
     def set(self, member: str, value: str) -> None:

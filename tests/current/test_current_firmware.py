@@ -261,7 +261,6 @@ class Wire:
         return self._duty / 100 * self._full_share * self._peak_a
 
     def ask(self, percent: float) -> bool:
-        """Do a step; True if rule 20 trips in it."""
         _, raw = self._meter.read(self.mean_a)
         self.limiter.measure(raw, Single(self._duty))
         code = self.limiter.watch()

@@ -73,7 +73,6 @@ def cut_off(spoil: Callable[[World], object]) -> Callable[[Fault], Fault]:
 
 
 def miscount(world: World) -> None:
-    """Let a bit of the RAM turn over."""
     count = world.device.variables["guard_air.heating_steps"]
     world.device.avr.write_ram(count.address, bytes([8]))
 
@@ -227,7 +226,6 @@ def test_json() -> None:
 
 
 def stepped(counts: NDArray[np.int64], period_s: float) -> StepLog:
-    """Steps that came a period apart, as the firmware counts them."""
     log = np.zeros(len(counts), [("time_s", "f8"), ("steps", "u2")])
     log["time_s"], log["steps"] = 0.1 + period_s * np.arange(len(counts)), counts % 0x10000
     return log

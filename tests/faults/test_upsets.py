@@ -33,7 +33,6 @@ T = TypeVar("T")
 
 
 def deciding(site: Site) -> Iterator[tuple[str, int, int]]:
-    """Yield name, address and size of what decides about heat."""
     variables = World(site, starts.Weather(20.0, 20.0)).device.variables
     loop = site.loop_name
     names = [

@@ -32,7 +32,6 @@ class Running:
         self.window_ticks = round(100 * getattr(output, "window_s", 0))
 
     def run_at(self, celsius: float) -> None:
-        """Power up, switch on, and do a few steps at a temperature."""
         host = self.host
         host.world.main_hangs = host.world.loop_hangs = host.world.fan_stands_still = 0
         host.renew()

@@ -186,7 +186,6 @@ def _program_of(record: State | None, *, keeps: bool) -> program.ProgramState:
 
 
 def _keeps(host: Host) -> bool:
-    """Whether a fault lets a program be."""
     assert host.build.controller.programs is not None
     return host.build.controller.programs.on_fault == "pause"
 
@@ -220,7 +219,6 @@ def _after(
 
 
 def _cut(host: Host, name: str) -> Iterator[str]:
-    """Cut the power after a course, and compare how it goes on."""
     controller = host_specs.spec_of(name).controller
     for number, (inputs, states) in enumerate(_before(name)):
         noted = _Noted(controller, states)
@@ -238,7 +236,6 @@ def _cut(host: Host, name: str) -> Iterator[str]:
 
 
 def _run(host: Host) -> None:
-    """Be in the first program for a few steps."""
     host.renew()
     host.set_reading(0, scale_of(host.build.controller).code(BEGIN_C))
     host.step()

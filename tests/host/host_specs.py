@@ -102,7 +102,6 @@ def _world() -> bytes:
 
 
 def sources_of(build: HostBuild) -> Mapping[str, str]:
-    """The firmware's C that is in a build, and all its headers."""
     source = build.project / "src"
     chosen = [
         path for path in source.iterdir() if path.suffix == ".h" or path.name in build.objects

@@ -65,7 +65,6 @@ class _Inputs:
         self.left, self.found, self.was_paused = 0, False, False
 
     def tick(self, mask: int) -> bool:
-        """Return whether it may heat."""
         heats = not mask and not self.left
         self.was_paused |= not heats
         self.left = max(self._ticks) if mask else max(0, self.left - 1)
@@ -166,7 +165,6 @@ class _Fan:
                 self.tick(PROVES)
 
     def tick(self, line: int) -> bool:
-        """Return whether it is proved that the fan turns."""
         for _ in range(self._looks_of_tick):
             self._looks += 1
             high = self._is_high(line)
@@ -322,7 +320,6 @@ UNCOUNTED = (14, 15, 16, 19, 23, 30)
 
 
 def _without_fault(host: Host) -> Any:
-    """Power up without a latched fault, and return the library."""
     host.power_up()
     host.library.host_acknowledge()
     return host.library

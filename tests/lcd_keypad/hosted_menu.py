@@ -185,7 +185,6 @@ class Walk:
         self._press(*self._way[3:], *["right"] * self._draw.choice((0, 0, 2, 20)))
 
     def _mean(self) -> None:
-        """Press SELECT once more, when all may be otherwise."""
         self._press("select")
         self._put("state", self._draw.choice((IDLE, IDLE, 1, 2)))
         self._put("is_saved", self._draw.choice((0, 1)))

@@ -81,8 +81,6 @@ def limited(value: float, least: float, most: float) -> float:
 
 
 class State:
-    """The first screen: temperature, setpoint, and what goes on."""
-
     def __init__(self, machine: Machine) -> None:
         self.m = machine
         self.refused = False
@@ -234,8 +232,6 @@ class Edit(State):
 
 
 class Values(State):
-    """Single values: what was changed is kept by SELECT."""
-
     entry = 0
 
     def leave(self) -> None:
@@ -333,7 +329,6 @@ class Menu:
             self.refresh()
 
     def refresh(self) -> None:
-        """Show things as they are now."""
         self._shown_fault = self.m.fault
         first, second = self._screens[self._at].lines()
         if self.m.fault:

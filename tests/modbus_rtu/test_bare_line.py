@@ -105,7 +105,6 @@ class Wire:
         return self.bus.form.bits / self.bus.baud
 
     def put(self, sent: Sent) -> float:
-        """Send a frame; return when it will have ended, s."""
         data, gaps_s = sent.data, sent.gaps_s or 0.0
         return self.bus.send(data, form=sent.form, baud=sent.baud, gap_s=gaps_s, flips=sent.flips)
 

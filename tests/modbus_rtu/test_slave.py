@@ -151,7 +151,6 @@ def played(slave: Path, play: Play) -> str:
 
 
 def shown(oracle: Oracle) -> bytes:
-    """What world.c shows of the state after each frame."""
     air, bed = oracle.loops["air"], oracle.loops["bed"]
     calls = [oracle.calls["store"], oracle.calls["restore"], oracle.calls["tune"] & 0xFF]
     counters = [count & 0xFFFF for count in oracle.counters.values()]

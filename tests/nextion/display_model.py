@@ -88,7 +88,6 @@ def _row(state: Mapping[str, str], row: int) -> dict[str, object]:
 
 
 def _amount(kind: int, amount: Decimal) -> str:
-    """A rate, or hours and minutes, these with two digits."""
     if kind == RATE:
         return short(amount)
     hours, minutes = divmod(amount, 60)
@@ -183,8 +182,6 @@ class Grammar:
 
 
 class Malice:
-    """Makes orders that are none."""
-
     def __init__(self, grammar: Grammar, seed: int) -> None:
         self._grammar = grammar
         self._chance = random.Random(seed)  # noqa: S311 - no secret

@@ -207,8 +207,6 @@ def relayed(board: str = "uno", *, feedback: bool = True, active: str = "low") -
 
 
 class Model:
-    """What heater and relay do, from docs/safety.md."""
-
     def __init__(self, *, feedback: bool) -> None:
         self._feedback = feedback
         self.heater = self.relay = False

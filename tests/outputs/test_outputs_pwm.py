@@ -60,7 +60,6 @@ class PwmBoard(OutputBoard):
         return self.channels[name].prescaler * self.channels[name].counts
 
     def late(self, name: str) -> int:
-        """Cycles that an edge may be late."""
         return LATENCY if self.channels[name].by_interrupts else INSTRUCTION
 
     def wrong(self, name: str, percent: float, seconds: float) -> str:
@@ -83,7 +82,6 @@ class PwmBoard(OutputBoard):
 
 
 def placed(board: str, outputs: Outputs) -> Wired:
-    """Say where outputs are, each of which begins with its pin."""
     return wired(board, {name: f"kind: pwm, pin: {said}" for name, said in outputs.items()})
 
 

@@ -44,7 +44,6 @@ class Feed(OutputBoard):
         self.run(0.1)
 
     def move(self, steps: int, mm_per_s: float) -> None:
-        """Give an order, which the next tick takes."""
         self.put("feed_speed", mm_per_s)
         self.put("feed_steps", steps)
         self.run(0.02)
@@ -301,7 +300,6 @@ class WindowBoard(OutputBoard):
         self._last = self.heater.on
 
     def tick(self) -> bool:
-        """Go on to just after the next tick; say whether it is on."""
         self.avr.run(TICK_S)
         for change in self.changes():
             self.switched += change.on != self._last

@@ -107,7 +107,6 @@ class _Entry:
 
 
 def _added(sign: str, text: str) -> list[str]:
-    """Return the lines that a line of a change adds."""
     if sign == "+":
         return [text]
     if sign == "~":

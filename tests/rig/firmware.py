@@ -33,7 +33,6 @@ STORE = Path(__file__).parents[2] / "build" / "rig"
 def finished(
     command: Sequence[Any], *, check: bool = False, **given: Any
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end, and take all that it says, as text."""
     return subprocess.run(list(command), capture_output=True, text=True, check=check, **given)
 
 
@@ -105,7 +104,6 @@ def files_of(spec: str) -> Mapping[str, str]:
 
 
 def sources_of(spec: str) -> dict[str, str]:
-    """Return what is in the project's `src/`, by its name there."""
     files = files_of(spec)
     return {path.removeprefix("src/"): files[path] for path in files if path.startswith("src/")}
 

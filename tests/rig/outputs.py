@@ -256,7 +256,6 @@ class Change(NamedTuple):
 
 
 def changes(events: NDArray[Any], outputs: Mapping[str, Switch]) -> Iterator[Change]:
-    """Tell of outputs' levels in a log of the pins (PIN_EVENT)."""
     numbers = {switch.number: name for name, switch in outputs.items()}
     for event in events[np.isin(events["pin"], list(numbers))]:
         name = numbers[int(event["pin"])]
@@ -265,8 +264,6 @@ def changes(events: NDArray[Any], outputs: Mapping[str, Switch]) -> Iterator[Cha
 
 
 class OutputBoard(Board):
-    """A board with outputs, each a switch on its pin."""
-
     def __init__(self, place: Wired, elf: Elf | None = None) -> None:
         self.controller = place.controller
         super().__init__(elf or place.program.elf(), self.controller.board)
@@ -284,7 +281,6 @@ class OutputBoard(Board):
         self.put(f"{name}_set", 1)
 
     def changes(self) -> Iterator[Change]:
-        """Tell of the outputs' levels since the last call, as the pins' own log has them."""
         return changes(self.avr.pins.take(), self.outputs)
 
 
@@ -306,7 +302,6 @@ class Recorded:
                 self.found.append(change)
 
     def cycles(self, name: str) -> list[int]:
-        """Return when it was switched; on first, then in turn."""
         return [change.cycle for change in self.found if change.name == name]
 
 

@@ -83,8 +83,6 @@ AFTER_S = 0.02  # we look so long after a step is due
 
 
 class Crucible:
-    """The crucible's board, run period by period."""
-
     def __init__(self, text: str, elf: Elf | None = None) -> None:
         self.controller = spec_of(text).controller
         self.device = AvrDevice(self.controller, elf or whole(text))

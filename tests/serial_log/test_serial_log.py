@@ -100,7 +100,6 @@ def shown_c(celsius: float) -> float:
 
 
 def program(said: str, board: str = "uno") -> Program:
-    """Compile clock and log with the program above."""
     sensor, heater = PINS[board]
     text = SPEC.format(board=board, said=said, sensor=sensor, heater=heater)
     names = [name.removesuffix(".c") for name in sources_of(text) if name.endswith(".c")]

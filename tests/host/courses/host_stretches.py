@@ -32,8 +32,6 @@ class Stretch(NamedTuple):
 
 
 class Walk:
-    """Readings, from one stretch to the next."""
-
     def __init__(self, controller: Controller) -> None:
         ((name, loop),) = controller.loops.items()
         protection = loop.protection
