@@ -194,6 +194,7 @@ def test_of_a_dead_switch_nothing_is_judged_after_the_trip() -> None:
         ("    bears: {plate: 100 °C}\n", ""), ("power: 120 W", "power: 3000 W"),
         ("period: 200 ms", "period: 1 s"), ("stale_after: 1 s", "stale_after: 5 s"),
         ("{node: plate, lag: 4 s}", "{node: plate}"),
+        ("{above: 10 K, below: 10 K, for: 60 s}", "{above: 10 K, for: 60 s}"),
     )  # fmt: skip
     worlds: list[World] = []
     result = try_fault(making(faults_of(text)["switch_shorted_when_hot"], worlds.append))

@@ -149,7 +149,9 @@ def project_flags(ini: str) -> list[str]:
 def test_the_folders_hold_kinds_alone_and_the_examples_use_every_one() -> None:
     for folder, union in FOLDERS.items():
         shared = {"__init__", "common", "autotune"}
-        plans = {path.stem for path in (ROOT / "generator" / "plan" / folder).glob("*.py")}
+        room = ROOT / "generator" / "plan" / folder
+        plans = {path.stem for path in (*room.glob("*.py"), *room.glob("*/__init__.py"))}
+        plans |= {path.parent.name for path in room.glob("*/__init__.py")}
         assert plans - shared == set(kinds(union))
     texts = [path.read_text("utf-8") for path in EXAMPLES.glob("*.yaml")]
     used = {kind for text in texts for kind in re.findall(r"\bkind: (\w+)", text)}

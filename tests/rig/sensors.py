@@ -42,7 +42,7 @@ loops:
       minimum: {minimum}
       rise_rate: 20 K/s
       heating: {{rise: 2 K, within: 25 s}}
-      runaway: {{above: 15 K, below: 15 K, for: 20 s}}
+      runaway: {{above: 15 K, below: 15 K, for: 25 s}}
       stale_after: 2 s
 safety: {{watchdog: 1 s, self_checks: false}}
 {more}

@@ -208,9 +208,14 @@ class TunablePid(PidControl):
         """The present limits."""
         self._integrates = self._differentiates = True
         self._period_s = Single(period_s)
-        self._kp = self._ki = self._kd = ZERO
+        self._kp = self._ki = self._kd = self._ki_step = ZERO
         self._lost = (ZERO, ZERO)
         self._show(*((gain, "f4", f"_{gain}") for gain in Gains._fields))
+
+    def resume(self, values: Iterator[Value]) -> None:
+        """Take over the next values, one for each of `members`."""
+        super().resume(values)
+        self._ki_step = self._ki * self._period_s
 
     def take(self, gains: Gains) -> None:
         """Take over the gains for the next step."""

@@ -21,6 +21,8 @@ class ThreePositionControl(KeyedSwitch):
         )
         self._dead_band = Single(algorithm.dead_band_k)
         self._inside = Single(algorithm.dead_band_k - algorithm.hysteresis_k)
+        if "hysteresis_k" in keyed:  # as the firmware subtracts it
+            self._inside = self._dead_band - self._hysteresis
 
     def reset(self) -> None:
         """Start again after a fault."""
