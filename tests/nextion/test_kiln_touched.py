@@ -237,10 +237,10 @@ DEEDS: dict[str, tuple[str, list[tuple[str, dict[str, Any]]]]] = {
          {"settings.chamber_kp": 2.5, "debug.kp.txt": "2.5", "debug.ot.val": 40})]),
     "a switch has fewer pages": (ON_OFF, [
         ("bdebug on", {ENABLED: 1}), ("back bset", {"settings.sp.txt": "20.0"})]),
-    # The master's line stays its own; what starts disabled is told off before it is told on.
+    # The master's line stays its own; a touch on ON needs no OFF before it, as a key does not.
     "on another port beside a master": (BESIDE_MODBUS, [
-        ("bdebug on", {ENABLED: 0, "debug.on.val": 0}),
-        ("order 2 0; on", {ENABLED: 1, "debug.on.val": 1})]),
+        ("bdebug on", {ENABLED: 1, "debug.on.val": 1}),
+        ("order 2 0", {ENABLED: 0, "debug.on.val": 0}), ("on", {ENABLED: 1})]),
 }  # fmt: skip
 """The machine; what is done with the display, and what is seen then."""
 
