@@ -120,7 +120,7 @@ MACHINES = {
     "windowed": Machine(
         crucible("max6675").replace(
             "pwm, pin: D9, frequency: 122 Hz", "time_proportional, pin: D9, window: 10 s"
-        ).replace("within: 25 s", "within: 50 s").replace("for: 20 s", "for: 50 s"),
+        ).replace("within: 25 s", "within: 50 s").replace("for: 25 s", "for: 50 s"),
         otherwise={"answers_damaged_in_bursts": "heating_failed"},
         only=("answers_damaged_in_bursts",), absent=UNSEEN,
     ),
